@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Builds the wheel, installs it into an environment of its own and tests it there, as somebody who installs it would find it.
-# `python/test.sh -k pattern` hands its arguments on to pytest.
+# Builds the wheel, installs it into an environment of its own and tests it there, as a user finds it.
+# `python/test.sh --smoke` takes the build of `cargo test` and the tests that need little else; further arguments go to pytest.
 set -euo pipefail
 cd "$(dirname "$0")"
 
@@ -13,35 +13,49 @@ if ! command -v python3 >/dev/null; then
     exit 0
 fi
 
+here=$PWD
 target=${CARGO_TARGET_DIR:-$(cd .. && pwd)/target}
 tools=$target/python/tools tested=$target/python/tested wheels=$target/python/wheels sources=$target/python/sources
 
-# What builds and checks is kept from one time to the next; what is tested is new.
+profile=release built=release
+needed=(pytest mypy jsonschema)
+tests=("$here/tests")
+if [ "${1:-}" = --smoke ]; then
+    shift
+    profile=dev built=debug
+    tests=()
+    for name in docs memory scans schema suite; do tests+=("$here/tests/test_$name.py"); done
+else
+    needed+=(pandas polars pyarrow matplotlib rerun-sdk mcap-ros2-support nbclient ipykernel kiss-icp rosbags
+        dask distributed s3fs 'moto[server]' kubernetes-validate pyyaml)
+fi
+pip() { "$1/bin/pip" install --quiet --disable-pip-version-check --constraint tests/constraints.txt "${@:2}"; }
+
+# What builds is kept from one time to the next. What is tested is new.
 if [ ! -x "$tools/bin/maturin" ]; then
     python3 -m venv "$tools"
-    "$tools/bin/pip" install --quiet --disable-pip-version-check --constraint tests/constraints.txt maturin
+    pip "$tools" maturin
 fi
 rm -rf "$wheels" "$tested" "$sources"
-"$tools/bin/maturin" sdist --out "$sources"
-mkdir "$sources/unpacked"
-tar -xzf "$sources"/dmp_slam-*.tar.gz -C "$sources/unpacked"
-"$tools/bin/python" tests/sources.py "$sources/unpacked"
-"$tools/bin/maturin" build --release --locked --out "$wheels"
+"$tools/bin/maturin" build --profile "$profile" --locked --out "$wheels"
 python3 -m venv "$tested"
-"$tested/bin/pip" install --quiet --disable-pip-version-check --constraint tests/constraints.txt "$wheels"/dmp_slam-*.whl
-# Away from the sources, which would be imported instead of the package.
-here=$PWD
-cd "$tested"
-# What comes with the wheel, before anything else is there.
-bin/python "$here/tests/installed.py" "$wheels"
-bin/pip install --quiet --disable-pip-version-check --constraint "$here/tests/constraints.txt" \
-    pytest mypy pandas polars pyarrow matplotlib rerun-sdk mcap-ros2-support nbclient ipykernel kiss-icp rosbags \
-    dask distributed s3fs 'moto[server]' ray kubernetes-validate pyyaml jsonschema
+pip "$tested" "$wheels"/dmp_slam-*.whl
+if [ "$profile" = release ]; then
+    "$tools/bin/maturin" sdist --out "$sources"
+    mkdir "$sources/unpacked"
+    tar -xzf "$sources"/dmp_slam-*.tar.gz -C "$sources/unpacked"
+    "$tools/bin/python" tests/sources.py "$sources/unpacked"
+    # What comes with the wheel, before anything else is there.
+    (cd "$tested" && bin/python "$here/tests/installed.py" "$wheels")
+fi
+pip "$tested" "${needed[@]}"
 
-# That of these sources, whatever was built before.
-cargo build --release --locked --manifest-path "$here/../Cargo.toml"
-export DMP_COMMAND=$target/release/dmp
-bin/python -m pytest --rootdir "$here" -p no:cacheprovider "$here/tests" "$@"
+# The command of these sources, whatever was built before.
+cargo build --profile "$profile" --locked
+export DMP_COMMAND=$target/$built/dmp
+# Away from the sources, which would be imported instead of the package.
+cd "$tested"
+bin/python -m pytest --rootdir "$here" -p no:cacheprovider "${tests[@]}" "$@"
 bin/stubtest dmp_slam._core
 cd "$here"
 "$tested/bin/mypy" --cache-dir "$target/python/mypy"

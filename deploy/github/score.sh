@@ -19,20 +19,19 @@ elif ! command -v dmp >/dev/null; then
 fi
 
 # An argument a line; `-t NAME=FILE` and `--option value` may share one.
-arguments=() annotate=()
+arguments=()
 while IFS= read -r line; do
     line=${line#"${line%%[![:space:]]*}"}
     line=${line%"${line##*[![:space:]]}"}
     case $line in
         '') ;;
-        --fail-* | --expect-*) annotate=(--annotate github) ;;&
         -*' '*) arguments+=("${line%% *}" "${line#* }") ;;
         *) arguments+=("$line") ;;
     esac
 done <<<"$DMP_ARGUMENTS"
 
 status=0
-dmp score "${arguments[@]}" --report "$out/report.html" "${annotate[@]}" --json >"$out/scores.json" || status=$?
+dmp score "${arguments[@]}" --report "$out/report.html" --json >"$out/scores.json" || status=$?
 {
     echo "json=$out/scores.json"
     if [ -s "$out/report.html" ]; then echo "page=$out/report.html"; fi
@@ -44,9 +43,9 @@ if [ -s "$out/scores.json" ]; then
         echo '```'
     } >>"$GITHUB_STEP_SUMMARY"
 fi
-# Scores of a log that is damaged in part are scores: it is told, and the job goes on.
+# Scores of a log that is damaged in part are valid: the job prints a warning and continues.
 if [ "$status" = 3 ]; then
-    echo "::warning title=dmp::part of the log was lost or damaged, or a run was left out"
+    echo "::warning title=dmp::part of the log was lost or damaged, or a run was excluded"
     status=0
 fi
 exit "$status"

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Opens a scene of `dmp score --scene` in rerun, with a tab for every run, residuals over time and the worst places beside it.
+"""Opens a scene of `dmp score --scene` in rerun: a tab for every run, residuals over time and the worst places.
 
     pip install rerun-sdk
     python rerun_blueprint.py scene.mcap                    # opens the viewer
@@ -15,11 +15,11 @@ import rerun as rr
 import rerun.blueprint as rrb
 from rerun.chunk import McapReader
 
-#: Colours of runs, told apart with any eyes (Okabe & Ito 2008).
+#: Colours of runs, distinguishable for colour-blind readers (Okabe & Ito 2008).
 COLOURS = [[0, 114, 178], [230, 159, 0], [0, 158, 115], [204, 121, 167], [86, 180, 233], [213, 94, 0]]
-#: The frame that all runs are laid into.
+#: The common frame of all runs.
 FRAME = rrb.SpatialInformation(target_frame="map")
-#: What a run has in space, but for its clouds.
+#: The entities of a run in space, except its clouds.
 MARKS = ("way", "places", "pose")
 
 
@@ -30,7 +30,7 @@ def runs_of(scene: Path) -> list[str]:
 
 
 def entity(run: str, what: str) -> str:
-    """What rerun calls a topic of a run."""
+    """The entity path of a run's topic in rerun."""
     return rr.new_entity_path([*run.split("/"), what])
 
 
@@ -54,7 +54,7 @@ def blueprint(runs: list[str]) -> rrb.Blueprint:
         )
         for run in runs
     ]
-    # Of a length rerun plots its least and its largest value too.
+    # Of a list of lengths, rerun plots the smallest and the largest.
     lines = {
         entity(run, "residual"): rr.SeriesLines(
             names=[run, "", ""], visible_series=[True, False, False], colors=[COLOURS[k % len(COLOURS)]] * 3

@@ -5,8 +5,8 @@
 >>> result.best  # doctest: +SKIP
 'lio'
 
-Lengths are metres and angles degrees unless a keyword says otherwise. What a command says goes to the logger ``dmp_slam``: what
-was found at level INFO, what should be known at level WARNING. Errors are ``dmp.Error`` and its kinds, with one line.
+Lengths are metres and angles degrees unless a keyword says otherwise. Messages of a command go to the logger ``dmp_slam``: findings
+at level INFO, warnings at level WARNING. Errors are ``dmp.Error`` and its subclasses, with a message of one line.
 """
 
 from __future__ import annotations

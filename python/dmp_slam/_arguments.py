@@ -12,8 +12,8 @@ from . import _core
 
 StrPath = Union[str, "os.PathLike[str]"]
 
-#: Options that are no keywords: what they do, functions do otherwise.
-_OF_THE_COMMAND = {"quiet", "no_progress", "json", "verbose", "color", "view"}
+#: Options that are no keywords: functions have other means for them.
+_OF_THE_COMMAND = {"quiet", "json", "verbose"}
 
 
 class Option(NamedTuple):
@@ -21,13 +21,13 @@ class Option(NamedTuple):
 
     #: As the command takes it, without the dashes.
     name: str
-    #: What its value is called; ``None`` of a switch.
+    #: The name of its value; ``None`` for a switch.
     value: str | None
-    #: Whether the value may be left out.
+    #: Whether the value is optional.
     may_be_alone: bool
     #: Whether it may be given several times.
     repeats: bool
-    #: What it does.
+    #: Its help.
     help: str
 
 
@@ -43,23 +43,23 @@ _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 
 def documented(*words: str, without: Sequence[str] = ()) -> Callable[[_Function], _Function]:
-    """Adds the options of a command to what ``help`` says of a function; ``without`` are those that it does not take."""
+    """Adds the options of a command to the docstring of a function; ``without`` are those that it does not take."""
 
     def with_options(function: _Function) -> _Function:
         if function.__doc__ is not None:
             # Runs are an argument, too.
             known = {"trajectory", *without, *function.__code__.co_varnames}
-            told = [_told(keyword, option) for keyword, option in options(words).items() if keyword not in known]
+            lines_of_options = [_line(keyword, option) for keyword, option in options(words).items() if keyword not in known]
             # As far to the right as the text above.
             lines = function.__doc__.splitlines()[1:]
             margin = min((len(line) - len(line.lstrip()) for line in lines if line.strip()), default=4)
-            function.__doc__ += "".join(f"\n{' ' * margin}{line}" for line in ["", "Keywords:", *told])
+            function.__doc__ += "".join(f"\n{' ' * margin}{line}" for line in ["", "Keywords:", *lines_of_options])
         return function
 
     return with_options
 
 
-def _told(keyword: str, option: Option) -> str:
+def _line(keyword: str, option: Option) -> str:
     return f"    {keyword}={'True' if option.value is None else option.value}: {option.help}"
 
 
@@ -85,7 +85,7 @@ def _is_empty(value: Any) -> bool:
 
 
 def unknown(words: tuple[str, ...], keyword: str, known: Collection[str]) -> str:
-    """What is said of a keyword that is none of those."""
+    """The message for an unknown keyword."""
     # Seldom needed, and slow to import.
     import difflib
 

@@ -1,4 +1,4 @@
-"""Commands on a log and runs, which may be in memory."""
+"""Runs commands on a log and runs, which may be in memory."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from ._poses import FILES, Runs, in_file_of_its_name, trajectories
 from ._scans import LOG_FILE, Log, place
 from .errors import Error
 
-#: A disk, where the folder of the system is often memory.
+#: On a disk: the system's folder is often in memory.
 _DISK = Path("/var/tmp")
 
 
 @contextmanager
 def work_folder(settings: Mapping[str, Any], runs: Runs = ()) -> Iterator[Path]:
-    """A folder for what is in memory, where the command works too; it goes with all that is in it.
+    """A folder for data in memory and for the command's work; removed at the end with its content.
 
     Errors that name a file in it name the log or the run instead.
     """
@@ -31,25 +31,25 @@ def work_folder(settings: Mapping[str, Any], runs: Runs = ()) -> Iterator[Path]:
         try:
             yield folder
         except Error as error:
-            told = str(error)
-            # Of a disk that is full it matters where it is.
-            line = told if "cannot write" in told else _with_names(told, folder, runs)
-            if line == told:
+            text = str(error)
+            # For a full disk, the path matters.
+            line = text if "cannot write" in text else _with_names(text, folder, runs)
+            if line == text:
                 raise
             raise type(error)(line) from None
 
 
 def large_files(settings: Mapping[str, Any]) -> Path | None:
-    """The folder where the command works; ``None`` for that of the system, which ``TMPDIR`` may name."""
+    """The command's work folder; ``None`` for that of the system, which ``TMPDIR`` may name."""
     work = settings.get("work")
-    # What is wrong with it is told by the command.
+    # The command reports its errors.
     if work is not None and Path(work).is_dir():
         return Path(work)
     return _DISK if "TMPDIR" not in os.environ and _DISK.is_dir() else None
 
 
 def _with_names(line: str, folder: Path, runs: Runs) -> str:
-    """A line with what is in memory by its name."""
+    """A line in which names replace the paths of data in memory."""
     for number, name in enumerate(runs if isinstance(runs, Mapping) else ()):
         for file in (*FILES, *(in_file_of_its_name(name, suffix) for suffix in (".npy", ".tum"))):
             line = line.replace(str(folder / f"run-{number}" / file), f"run {name!r}")
@@ -65,7 +65,7 @@ def of_log_and_runs(
     progress: Progress,
     cancel: Event | None,
 ) -> list[str]:
-    """The arguments of a command on a log and runs, when these are where they say. Scans come last: they take long."""
+    """The arguments of a command on a log and runs, written to files if needed. Scans come last: they take long."""
     named = trajectories(runs, folder)
     placed = place(log, folder)
     called = [*words, *given, *(f"--trajectory={run}" for run in named), "--", placed.path]
@@ -83,7 +83,7 @@ def on_log_and_runs(
     cancel: Event | None,
     settings: Mapping[str, Any],
 ) -> dict[str, Any]:
-    """Another command on a log and runs: its JSON."""
+    """Runs a command on a log and runs; returns its JSON."""
     with work_folder(settings, runs) as folder:
         given = arguments(words, settings, without=["trajectory"])
         called = of_log_and_runs(words, log, runs, [*given, "--json"], folder, progress, cancel)

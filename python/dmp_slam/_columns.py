@@ -7,13 +7,13 @@ import io
 import math
 from typing import Any, Iterable, Mapping
 
-from ._core import Table
+from ._core import Table, columns
 
 _KINDS = (("bool", bool), ("int", int), ("float", (int, float)))
 
 
 def table(rows: Iterable[Mapping[str, Any]], kinds: Mapping[str, str] | None = None) -> Table:
-    """A table of rows with the same columns. ``kinds`` say what these hold, where there may be no row to tell."""
+    """A table of rows with the same columns. ``kinds`` say what these hold, where there may be no row to infer them from."""
     rows = list(rows)
     if kinds is not None:
         return Table([(name, kind, [_as(kind, row[name]) for row in rows]) for name, kind in kinds.items()])
@@ -42,25 +42,17 @@ def runs_table(result: Mapping[str, Any]) -> Table:
 
 def _run_row(rank: int, run: Mapping[str, Any]) -> dict[str, Any]:
     row: dict[str, Any] = {"run": run["name"], "rank": rank}
-    for score in ("r_cv", "r_near"):
-        squares = run[f"{score}_m2"] or {}
-        for scale in sorted(squares, key=float, reverse=True):
-            row[f"{score}_{scale}_m"] = root(squares[scale])
-            row[f"{score}_{scale}_m2"] = squares[scale]
-    row["dmp_mean_m2"] = run["dmp_mean_m2"]
-    for column, field in _SHARES.items():
-        row[column] = run[field]
+    for name, field, unit in columns():
+        if unit == "root":
+            squares = run[field] or {}
+            for scale in sorted(squares, key=float, reverse=True):
+                row[f"{name}_{scale}_m"] = root(squares[scale])
+                row[f"{name}_{scale}_m2"] = squares[scale]
+        else:
+            # Results of earlier versions may not have it.
+            row[name if unit == "share" else field] = run.get(field)
     row["returns"], row["frames"], row["surfels"] = run["returns"], run["frames"], run["surfels"]
     return row
-
-
-#: Shares of the returns, 0 to 1, as the columns of the command's table are called.
-_SHARES = {
-    "coverage": "coverage",
-    "revisit": "coverage_revisit",
-    "miss": "miss_rate",
-    "blocked": "blocked_rate",
-}
 
 
 def pairs_table(result: Mapping[str, Any]) -> Table:
@@ -112,8 +104,8 @@ def root(square: float | None) -> float | None:
 def csv_table(text: str) -> Table:
     """The table of a file that the command has written. Empty cells are nothing."""
     names, *rows = csv.reader(io.StringIO(text))
-    columns = list(zip(*rows)) or [()] * len(names)
-    return Table([_csv_column(name, list(column)) for name, column in zip(names, columns)])
+    of_names = list(zip(*rows)) or [()] * len(names)
+    return Table([_csv_column(name, list(cells)) for name, cells in zip(names, of_names)])
 
 
 def _csv_column(name: str, cells: list[str]) -> tuple[str, str, list[Any]]:

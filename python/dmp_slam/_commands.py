@@ -1,4 +1,4 @@
-"""The other commands: each a function with the command's options as keywords."""
+"""The other commands: functions with the command's options as keywords."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from ._score import score
 def quick(
     log: Log, runs: Runs, *, share: Any = True, progress: Progress = None, cancel: Event | None = None, **settings: Any
 ) -> Result:
-    """Scores runs at a sample of places, for which little of the log is read: ``dmp score --quick``.
+    """Scores runs on a sample of places, for which little of the log is read: ``dmp score --quick``.
 
-    ``share`` is how much of the drive the places hold, as the option has it (``"5%"``).
+    ``share`` is the share of the drive in the sample, in the option's format (``"5%"``).
     """
     return score(log, runs, progress=progress, cancel=cancel, quick=share, **settings)
 
@@ -31,7 +31,7 @@ def quick(
 def calibrate(
     log: Log, runs: Runs, *, progress: Progress = None, cancel: Event | None = None, **settings: Any
 ) -> dict[str, Any]:
-    """Finds when and where runs' poses hold: time offsets in seconds, mountings in metres and degrees (``dmp calibrate``)."""
+    """Estimates clock offsets in seconds and extrinsics in metres and degrees of runs (``dmp calibrate``)."""
     return on_log_and_runs(("calibrate",), log, runs, progress, cancel, settings)
 
 
@@ -39,7 +39,7 @@ def calibrate(
 def drift(
     log: Log, runs: Runs, *, progress: Progress = None, cancel: Event | None = None, **settings: Any
 ) -> dict[str, Any]:
-    """Measures in metres how far runs are off where they come back (``dmp drift``)."""
+    """Measures the drift of runs at revisits, in metres (``dmp drift``)."""
     return on_log_and_runs(("drift",), log, runs, progress, cancel, settings)
 
 
@@ -47,7 +47,7 @@ def drift(
 def info(
     log: Log, runs: Runs = (), *, progress: Progress = False, cancel: Event | None = None, **settings: Any
 ) -> dict[str, Any]:
-    """Tells what is in a log, as understood: topics, fields, scans, times, damage (``dmp info``).
+    """Describes a log as ``dmp`` reads it: topics, fields, scans, times, damage (``dmp info``).
 
     >>> dmp.info(town)["streams"][0]["scans"]["scans"]
     100
@@ -59,7 +59,7 @@ def info(
 def repair(
     log: Log, run: Any, output: StrPath, *, progress: Progress = None, cancel: Event | None = None, **settings: Any
 ) -> dict[str, Any]:
-    """Mends a run by what it sees where it comes back, and writes it if its map gets better (``dmp repair``)."""
+    """Repairs a run using its own loop closures, and writes it if its map improves (``dmp repair``)."""
     runs = {"run": run} if not isinstance(run, (str, os.PathLike)) else run
     return on_log_and_runs(("repair",), log, runs, progress, cancel, {**settings, "output": output})
 
@@ -76,8 +76,8 @@ def loops(
 def compare(
     *results: Result | StrPath, progress: Progress = None, cancel: Event | None = None, **settings: Any
 ) -> dict[str, Any]:
-    """One table of saved results, or of results, of one log under the same settings (``dmp compare``). Runs whose results were kept,
-    with ``keep``, are compared with each other as if they had been scored together.
+    """Joins results of one log with the same settings, saved or not, into one table (``dmp compare``). Runs with saved returns
+    (``keep``) are compared as if scored together.
     """
     import tempfile
     from pathlib import Path
@@ -103,7 +103,7 @@ def parsed(
     progress: Progress = None,
     cancel: Event | None = None,
 ) -> dict[str, Any]:
-    """The JSON of a command with these files."""
+    """Runs the command with these files; returns its JSON."""
     found: dict[str, Any] = json.loads(printed(words, given, settings, progress, cancel, "--json"))
     return found
 
@@ -116,6 +116,6 @@ def printed(
     cancel: Event | None = None,
     *more: str,
 ) -> str:
-    """What a command prints."""
+    """Runs a command; returns its output."""
     called = [*words, *arguments(words, settings), *more, "--", *map(os.fsdecode, given)]
     return execute(called, progress, cancel).text

@@ -1,4 +1,4 @@
-"""The native core. What it has is used by this package; it may change."""
+"""The native core, for this package only: it may change."""
 
 from os import PathLike
 from typing import Any, Protocol, Sequence, final
@@ -6,7 +6,7 @@ from typing import Any, Protocol, Sequence, final
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["Map", "ScanWriter", "Table", "__version__", "check_arguments", "file_stems", "main", "options", "run"]
+__all__ = ["Map", "ScanWriter", "Table", "__version__", "check_arguments", "columns", "file_stems", "main", "options", "run"]
 
 __version__: str
 
@@ -17,6 +17,7 @@ class _Listener(Protocol):
 
 def run(arguments: Sequence[str | PathLike[str]], listener: _Listener) -> tuple[str, str | None, bytes]: ...
 def check_arguments(arguments: Sequence[str | PathLike[str]]) -> tuple[str, str] | None: ...
+def columns() -> list[tuple[str, str, str]]: ...
 def file_stems(names: Sequence[str]) -> list[str]: ...
 def main(arguments: Sequence[str | PathLike[str]]) -> int: ...
 def options(words: Sequence[str]) -> list[tuple[str, str | None, bool, bool, str]]: ...

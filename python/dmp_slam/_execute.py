@@ -1,4 +1,4 @@
-"""One command, run by the core: its output, or an exception with its line."""
+"""Runs one command in the core: returns its output, or raises its error."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ _KINDS: dict[str, type[Error]] = {
 
 
 def check(arguments: Sequence[str]) -> None:
-    """Raises what the command would say at once of these arguments, before work is done for it."""
+    """Raises the command's usage error for these arguments, before any work is done."""
     wrong = _core.check_arguments(arguments)
     if wrong is not None:
         raise _KINDS[wrong[0]](wrong[1])
 
 
 class Output(NamedTuple):
-    """What a command printed, and how it ended."""
+    """The output of a command, and how it ended."""
 
     text: str
     #: Part of the input was lost or damaged; the text names it.
@@ -39,7 +39,7 @@ def execute(
     cancel: Event | None = None,
     said: list[str] | None = None,
 ) -> Output:
-    """Runs a command with these arguments. What it says goes to the logger, or to a list if there is one."""
+    """Runs a command with these arguments. Its messages go to ``said`` if given, else to the logger."""
     listener = Listener(progress, cancel, said)
     try:
         end, line, printed = _core.run(arguments, listener)

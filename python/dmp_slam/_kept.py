@@ -1,4 +1,4 @@
-"""Large outputs of a score, which stay in files of a folder that goes with the result."""
+"""Large outputs of a score, in files of a folder that is removed with the result."""
 
 from __future__ import annotations
 
@@ -17,25 +17,25 @@ from ._execute import execute
 from ._map import Map
 from .errors import Error, InputError, UsageError
 
-#: What is written for these keywords, if they are True.
+#: The files written for these keywords, if True.
 FILES_KEPT = {"residuals": "returns.ply", "save_maps": "maps", "scene": "scene.mcap", "keep": "result.dmp"}
 
-#: How a run is handed to the command.
+#: The format of a run's argument to the command.
 _RUN = "--trajectory="
-#: Options by which poses are others than their file has.
+#: Options that change the poses of a file.
 _OTHER_POSES = ("--poses-as", "--between", "--mend")
 _LOGGER = logging.getLogger("dmp_slam")
 
-#: One array of returns, a record each.
+#: An array of returns, a record each.
 Returns = npt.NDArray[np.void]
 
 _TYPES = {"double": "<f8", "float": "<f4", "int": "<i4", "uchar": "u1"}
-#: Returns between two looks where a scan ends.
+#: Returns per search for the end of a scan.
 _BLOCK = 1 << 20
 
 
 class Kept:
-    """A folder with the scored returns and the maps of runs. It is on the disk for as long as something holds it."""
+    """A folder with the scored returns and the maps of runs. It stays on disk as long as something refers to it."""
 
     def __init__(self, beside: Path | None, wanted: Sequence[str]) -> None:
         self.files: dict[str, Path] = {}
@@ -46,7 +46,7 @@ class Kept:
             self.files = {keyword: Path(folder, FILES_KEPT[keyword]) for keyword in wanted}
 
     def take(self, result: Mapping[str, Any], called: Sequence[str]) -> None:
-        """Takes what the command wrote, when it was called so."""
+        """Takes the files that the command wrote when called with these arguments."""
         names = [run["name"] for run in result["runs"]]
         self._stems = dict(zip(names, file_stems(names)))
         if "residuals" in self.files:
@@ -59,7 +59,7 @@ class Kept:
         given = [run[len(_RUN) :] for run in called if run.startswith(_RUN)]
         form = [option for option in called if option.startswith("--trajectory-format=")]
         for name in names:
-            # Files alone give the names of their runs.
+            # The command names runs after their files.
             files = [run.split("=", 1)[1] for run in given if run.startswith(f"{name}=")] or [
                 run for run in given if "=" not in run and Path(run).stem == name
             ]
@@ -67,18 +67,18 @@ class Kept:
             try:
                 execute(["convert", "trajectory", *to, "--", *files], progress=False)
             except Error as error:
-                # A topic, or what needs more to be read: the view goes without.
+                # A topic, or a file that needs more context: the view has no trajectory.
                 _LOGGER.info("%s: no trajectory to view: %s", name, error)
 
     def returns(self, run: str | None) -> Returns:
-        """The returns of a run, in memory as far as they are looked at."""
+        """The returns of a run, loaded into memory on access."""
         file, stem = self._file("residuals"), self._stem(run)
         return ply_records(file if file.exists() else file.with_name(f"{file.stem}.{stem}.ply"))
 
     def map(self, run: str | None) -> Map:
         """The map of a run."""
         map = Map.open(self._file("save_maps") / f"{self._stem(run)}.dmpmap")
-        # Its file is there for as long as it is.
+        # Keeps its file as long as the map exists.
         weakref.finalize(map, _hold, self)
         return map
 
@@ -91,7 +91,7 @@ class Kept:
         return self._file("keep")
 
     def trajectory(self, run: str) -> npt.NDArray[np.float64] | None:
-        """The places of a run, N × 3; ``None`` where its trajectory was not kept."""
+        """The positions of a run, N × 3; ``None`` without a saved trajectory."""
         file = self._trajectory_file(run)
         return np.loadtxt(file, usecols=(1, 2, 3), ndmin=2) if file.exists() else None
 
@@ -107,17 +107,18 @@ class Kept:
         if run is None and len(self._stems) == 1:
             return next(iter(self._stems.values()))
         if run is None or run not in self._stems:
-            told = "which run?" if run is None else f"there is no run {run!r}:"
-            raise UsageError(f"{told} {', '.join(map(repr, self._stems))}")
+            text = "which run?" if run is None else f"there is no run {run!r}:"
+            raise UsageError(f"{text} {', '.join(map(repr, self._stems))}")
         return self._stems[run]
 
 
 def _hold(kept: Kept) -> None:
-    """Does nothing: who is to call this keeps what it is called with."""
+    """Does nothing: a finaliser with this call keeps its argument alive."""
 
 
 def ply_records(file: Path) -> Returns:
-    """The vertices of a binary PLY of fixed length, mapped: read-only, by the names of their fields without ``scalar_``."""
+    """The vertices of a binary PLY with fixed-length records, mapped: read-only, by the names of their fields without
+    ``scalar_``."""
     fields, count = [], 0
     with file.open("rb") as ply:
         for line in iter(ply.readline, b"end_header\n"):
@@ -135,11 +136,11 @@ def ply_records(file: Path) -> Returns:
 
 
 def by_frame(returns: Returns) -> Iterator[tuple[int, Returns]]:
-    """The returns of each scan, which follow each other."""
+    """The returns of each scan; those of a scan are consecutive."""
     start, number = 0, None
     for block in range(0, len(returns), _BLOCK):
         frames: Any = returns["frame"][block : block + _BLOCK]
-        # Where another scan begins than the one before.
+        # The index at which the next scan begins.
         begins = np.flatnonzero(np.diff(frames, prepend=frames[0] if number is None else number)) + block
         number = int(frames[-1])
         for begin in begins.tolist():

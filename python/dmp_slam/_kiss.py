@@ -1,4 +1,4 @@
-"""Datasets of kiss-icp: ``len(d)``, and ``d[i]`` with points and times."""
+"""Reads datasets of kiss-icp: ``len(d)``, and ``d[i]`` with points and times."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from ._poses import stamps_ns
 from ._sweep import NS, PERIOD_NS, Scan, came_back, nearest, refuse_not_finite
 from .errors import InputError
 
-#: Where the next scan is so many times as late as the one before was, scans between them are missing.
+#: A gap to the next scan longer than this multiple of the one before: scans are missing in between.
 _GAP = 1.5
 
 
 def of_kiss(dataset: Any) -> Iterator[Scan]:
     """The scans of a dataset.
 
-    Times say where in its scan a point lies, on whatever scale: as in kiss-icp the first and the last are the scan's beginning and
-    end, and the next scan begins there.
+    Times are positions of points within the scan, on any scale. As in kiss-icp, the first and the last are the beginning and end of
+    the scan, and the next scan begins there.
     """
     if hasattr(dataset, "reset"):
         dataset.reset()
@@ -30,7 +30,7 @@ def of_kiss(dataset: Any) -> Iterator[Scan]:
     for number in range(len(dataset)):
         read = dataset[number]
         if isinstance(read, Scan):
-            # No dataset, but a sequence of its own kind.
+            # Not a dataset, but a sequence of its own kind.
             yield read
             continue
         points, times = _parts(number, read)
@@ -57,7 +57,7 @@ def _parts(number: int, read: Any) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
 
 
 def _period_ns(to_next_ns: int, before_ns: int | None) -> int:
-    """How long a scan takes, by when the next one comes and by the scan before. A gap is no part of the scan before it."""
+    """The duration of a scan, from the next stamp and the scan before. A gap does not extend the scan before it."""
     if before_ns is not None and not 0 < to_next_ns < _GAP * before_ns:
         return before_ns
     return to_next_ns if to_next_ns > 0 else PERIOD_NS
@@ -74,8 +74,8 @@ class _Stamps:
             self._known = ()
 
     def of(self, number: int) -> int:
-        """The stamp of a scan that was just read, nanoseconds."""
-        # Some read a file each time; of a bag only those scans are known that were read.
+        """The stamp of the scan just read, nanoseconds."""
+        # Some datasets read a file per access; for a bag only the scans read so far have stamps.
         if self._ask is not None and number >= len(self._known):
             self._known = self._ask()
         if self._known is None:
@@ -91,7 +91,7 @@ class _Stamps:
 
 
 def _number(number: int, stamp: Any) -> int:
-    """A stamp that is a text, such as the name of a file, in nanoseconds: whole numbers are such, others seconds."""
+    """The nanoseconds of a stamp given as text, such as a file name: an integer is nanoseconds, else seconds."""
     text = stamp.decode("ascii", "replace") if isinstance(stamp, bytes) else str(stamp)
     try:
         return int(text)

@@ -1,4 +1,4 @@
-"""What a command says goes to the logger ``dmp_slam``, and how far it is to a progress bar."""
+"""Passes messages of a command to the logger ``dmp_slam``, and its progress to a progress bar."""
 
 from __future__ import annotations
 
@@ -6,23 +6,23 @@ import logging
 import sys
 from typing import Any, Callable, Protocol, Union
 
-#: What was found and what it took is of level INFO; what a user should know is of level WARNING.
+#: Findings and costs have level INFO; warnings have level WARNING.
 log = logging.getLogger("dmp_slam")
 
-#: How lines begin that a user should know.
-_TOLD = ("note: ", "lost: ", "gate failed: ", "error: ")
+#: Prefixes of lines at level WARNING.
+_WARNINGS = ("note: ", "lost: ", "gate failed: ", "error: ")
 
-#: Called with a stage, the unit of its steps, how many are done, and how many there are, if that is known.
+#: Called with the stage, the unit of its steps, the number done, and the total if known.
 ProgressFunction = Callable[[str, str, int, Union[int, None]], None]
-#: Where somebody watches, always or never, or handed to a function.
+#: ``None``: shown on a terminal or in a notebook; or always, never, or passed to a function.
 Progress = Union[bool, ProgressFunction, None]
 
 
 class Event(Protocol):
-    """What says that a command is to stop: a ``threading.Event``."""
+    """An event that stops a command, such as ``threading.Event``."""
 
     def is_set(self) -> bool:
-        """Whether it is to stop."""
+        """Whether to stop."""
 
 
 class Listener:
@@ -47,7 +47,7 @@ class Listener:
         if self._said is not None:
             self._said.append(line)
             return
-        level = logging.WARNING if line.startswith(_TOLD) else logging.INFO
+        level = logging.WARNING if line.startswith(_WARNINGS) else logging.INFO
         log.log(level, "%s", line)
 
     def progress(self, stage: str, unit: str, done: int, total: int | None) -> None:
@@ -58,7 +58,7 @@ class Listener:
         return self._cancel is not None and self._cancel.is_set()
 
     def close(self) -> None:
-        """The command is over."""
+        """Ends listening."""
         if self._bar is not None:
             self._bar.close()
 
@@ -97,7 +97,7 @@ class _TqdmBar:
 
 
 class _LineBar:
-    """A line that is written over, where there is no tqdm."""
+    """A line that is overwritten, without tqdm."""
 
     _width = 0
 

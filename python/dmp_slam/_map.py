@@ -18,7 +18,7 @@ from ._poses import Run
 from ._scans import Log
 from .errors import InputError, UsageError
 
-#: Bytes of a map that are in memory for casting, unless it is said otherwise.
+#: Default number of bytes of a map in memory for casting.
 MEMORY_BYTES = 1 << 30
 
 
@@ -27,26 +27,26 @@ class Surfels(NamedTuple):
 
     #: N × 3, metres.
     centres: npt.NDArray[np.float64]
-    #: N × 3, of length one.
+    #: N × 3, unit length.
     normals: npt.NDArray[np.float32]
 
 
 class Hits(NamedTuple):
-    """Where rays meet a map: metres along each ray, NaN where it meets nothing."""
+    """The crossings of rays with a map: metres along each ray, NaN for a miss."""
 
     #: The first surfel on the ray.
     z1: npt.NDArray[np.float64]
-    #: That nearest to the measured range, among those within 5 m; NaN without ranges, to be read only.
+    #: The one nearest to the measured range, within 5 m; NaN without ranges; read-only.
     zn: npt.NDArray[np.float64]
-    #: The first that owes nothing to the ray's own part of the drive; NaN without segments, to be read only.
+    #: The first one independent of the ray's own part of the drive; NaN without segments; read-only.
     zc: npt.NDArray[np.float64]
-    #: N × 3, of length one: the normal of the surfel of ``z1``, turned to where the ray comes from, NaN where that is; or None, where
-    #: normals were not asked for.
+    #: N × 3, unit length: the normal of the surfel of ``z1``, turned towards the ray's origin, NaN for a miss; ``None`` if not
+    #: requested.
     normals: npt.NDArray[np.float32] | None = None
 
 
 class Map:
-    """A map on disk, of ``Map.build``, ``dmp map build`` or ``save_maps``."""
+    """A map on disk, from ``Map.build``, ``dmp map build`` or ``save_maps``."""
 
     def __init__(self, path: StrPath, *, memory: int = MEMORY_BYTES) -> None:
         self._path = Path(path)
@@ -80,7 +80,7 @@ class Map:
 
     @property
     def path(self) -> Path:
-        """Where it is."""
+        """Its path."""
         return self._path
 
     @property
@@ -108,11 +108,10 @@ class Map:
     ) -> Hits:
         """Casts rays into the map, in the frame of its trajectory.
 
-        ``origins`` and ``directions`` are N × 3, or one of them 3 numbers for all rays; directions need not have length one.
-        ``ranges`` are what was measured along the rays, metres, and ``segments`` the parts of the drive in which, by number.
-        ``normals=True`` also gives the normal of the first surfel on each ray, in the same frame, which takes longer.
-        ``threads`` are as many as the machine runs at once, unless it is said; they end with the call, so that a process may fork
-        between two.
+        ``origins`` and ``directions`` are N × 3, or one of them 3 numbers for all rays; directions need not have unit length.
+        ``ranges`` are the measured ranges, metres, and ``segments`` the numbers of the segments of the drive in which they were
+        measured. ``normals=True`` also returns the normal of the first surfel on each ray, in the same frame, which takes longer.
+        ``threads`` defaults to the number of cores; threads end with the call, so that a process may fork between calls.
         """
         starts, ways = np.broadcast_arrays(_rows("origins", origins), _rows("directions", directions))
         count = len(starts)
@@ -129,7 +128,7 @@ class Map:
             measured = np.full(count, np.inf) if measured is None else measured
         towards = np.empty((count, 3), np.float32) if normals else None
         self._core.cast(*rays, measured, parts, threads, (z1, zn, zc, towards))
-        # One number for all, which takes no memory.
+        # One number for all, broadcast without memory.
         nowhere = np.broadcast_to(np.float64(np.nan), count)
         return Hits(z1, nowhere if zn is None else zn, nowhere if zc is None else zc, towards)
 

@@ -1,4 +1,4 @@
-"""A result as a figure of matplotlib."""
+"""Plots a result with matplotlib."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ import numpy.typing as npt
 from ._columns import root
 from ._kept import Kept, by_frame
 
-#: Pixels along the longer edge of a picture of errors.
+#: Pixels along the longer edge of an image of errors.
 _PIXELS = 400
-#: Errors beyond this are drawn alike, metres.
+#: Errors are clipped at this, metres.
 _MOST_M = 0.5
 
 
 def figure(result: Mapping[str, Any], frames: str | None, kept: Kept) -> Any:
-    """Scores; how far predictions are off over time, where ``frames`` tell; and where, if returns were kept."""
+    """Scores; errors over time, if ``frames`` is given; and their positions, if returns were saved."""
     try:
         from matplotlib import pyplot
     except ImportError as error:
@@ -54,13 +54,13 @@ def _scores(axes: Any, result: Mapping[str, Any], colours: Mapping[str, str]) ->
 
 
 def _over_time(axes: Any, frames: str, colours: Mapping[str, str]) -> None:
-    """R_near at its middle cut of each scan, as a length."""
+    """R_near of each scan at its middle cut, as a length."""
     rows = list(csv.DictReader(io.StringIO(frames)))
     cuts = [name for name in rows[0] if name.startswith("r_near_")] if rows else []
     if not cuts:
         return
     column = cuts[len(cuts) // 2]
-    # In a log without stamps by the numbers of the scans.
+    # Without stamps: by the numbers of the scans.
     stamps = [int(row["stamp_ns"]) for row in rows if row["stamp_ns"]]
     for name, colour in colours.items():
         own = [row for row in rows if row["run"] == name and row[column]]
@@ -76,22 +76,22 @@ def _over_time(axes: Any, frames: str, colours: Mapping[str, str]) -> None:
 
 
 def _picture(axes: Any, name: str, kept: Kept) -> Any:
-    """What returns are off, seen from above: the mean over those of each pixel, cut off."""
+    """Errors of returns, seen from above: the mean of each pixel, clipped."""
     returns = kept.returns(name)
     low, high = np.full(2, np.inf), np.full(2, -np.inf)
     for _, scan in by_frame(returns):
-        places = _told(scan)[0]
+        places = _in_memory(scan)[0]
         if len(places):
             low, high = np.minimum(low, places.min(axis=0)), np.maximum(high, places.max(axis=0))
     if not np.isfinite(low).all():
-        # Nothing is predicted.
+        # No return has a prediction.
         low, high = np.zeros(2), np.ones(2)
     pixel = max(float((high - low).max()) / _PIXELS, 1e-3)
     edges = [np.arange(low[k], high[k] + 2 * pixel, pixel) for k in range(2)]
     sums = np.zeros((len(edges[0]) - 1, len(edges[1]) - 1))
     counts = np.zeros_like(sums)
     for _, scan in by_frame(returns):
-        places, off = _told(scan)
+        places, off = _in_memory(scan)
         sums += np.histogram2d(places[:, 0], places[:, 1], bins=edges, weights=off)[0]
         counts += np.histogram2d(places[:, 0], places[:, 1], bins=edges)[0]
     mean = np.where(counts > 0, sums / np.maximum(counts, 1), np.nan)
@@ -99,8 +99,8 @@ def _picture(axes: Any, name: str, kept: Kept) -> Any:
     return axes.pcolormesh(*edges, mean.T, cmap="viridis", vmin=0, vmax=_MOST_M)
 
 
-def _told(scan: npt.NDArray[np.void]) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-    """Places from above of the returns that are predicted, and how far these are off, cut off."""
+def _in_memory(scan: npt.NDArray[np.void]) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Positions from above of the predicted returns, and their errors, clipped."""
     off = np.minimum(scan["residual_m"].astype(np.float64), _MOST_M)
     there = np.isfinite(off)
     return np.stack([scan["x"], scan["y"]], axis=1)[there], off[there]

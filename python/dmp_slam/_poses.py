@@ -1,4 +1,4 @@
-"""Runs that are in memory, written as trajectories that the core reads."""
+"""Writes runs in memory as trajectories for the core."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ import numpy.typing as npt
 
 from .errors import InputError, UsageError
 
-#: A run: a file or topic as the command takes it, poses, or poses and their stamps.
+#: A run: a file or topic as for the command, poses, or poses and their stamps.
 Run = Union[str, "os.PathLike[str]", "npt.ArrayLike", "Poses", Any]
-#: Runs by their names, or files that have their names.
+#: Runs by name, or files that give the names.
 Runs = Union[Mapping[str, Run], Sequence[Union[str, "os.PathLike[str]"]], str, "os.PathLike[str]"]
 
 
-#: What a run in memory is written into.
+#: File name of a run in memory.
 FILES = ("poses.npy", "poses.tum", "times.txt")
 
 
 class Poses(NamedTuple):
     """A trajectory in memory.
 
-    ``poses`` are ``world_from_body``: N × 4 × 4 or N × 3 × 4, metres. ``stamps`` are N seconds (floats) or nanoseconds
-    (integers); without them the n-th pose is that of the n-th scan.
+    ``poses`` are ``world_from_body``: N × 4 × 4 or N × 3 × 4, metres. ``stamps`` are N seconds (floats) or nanoseconds (integers);
+    without them the n-th pose is that of the n-th scan.
     """
 
     poses: npt.ArrayLike
@@ -33,7 +33,7 @@ class Poses(NamedTuple):
 
 
 def trajectories(runs: Runs, folder: Path) -> list[str]:
-    """Runs as the command takes them, ``NAME=FILE``; those in memory are written into the folder."""
+    """Runs as arguments of the command, ``NAME=FILE``; those in memory are written into the folder."""
     if isinstance(runs, (str, os.PathLike)):
         return [os.fsdecode(runs)]
     if not isinstance(runs, Mapping):
@@ -48,18 +48,18 @@ def trajectories(runs: Runs, folder: Path) -> list[str]:
 
 
 def check_name(name: Any) -> None:
-    """Refuses what no run can be called."""
+    """Rejects an invalid name of a run."""
     if not isinstance(name, str) or not name or any(sign in name for sign in "=/\\"):
         raise UsageError(f"{name!r}: a run's name is a text without =, / and \\")
 
 
 def in_file_of_its_name(name: str, suffix: str) -> str:
-    """Where a run in memory lies below its folder where files are told by their names."""
+    """The path below its folder of a run in memory, whose format follows from its name."""
     return f"named/{name}{suffix}"
 
 
 def trajectory(name: str, run: Run, folder: Path) -> str:
-    """A run as the command takes it; one in memory is written into a folder, which is made."""
+    """A run as an argument of the command; one in memory is written into a folder, which is created."""
     if isinstance(run, (str, os.PathLike)):
         return os.fsdecode(run)
     folder.mkdir()
@@ -67,7 +67,7 @@ def trajectory(name: str, run: Run, folder: Path) -> str:
 
 
 def _write(name: str, run: Any, folder: Path) -> Path:
-    """Writes a run in memory; its file."""
+    """Writes a run in memory; returns its file."""
     quaternions = getattr(run, "orientations_quat_wxyz", None)
     if quaternions is not None:
         return _write_evo(name, run, np.asarray(quaternions, np.float64), folder)
@@ -84,7 +84,7 @@ def _write(name: str, run: Any, folder: Path) -> Path:
 
 
 def _write_evo(name: str, run: Any, quaternions: npt.NDArray[np.float64], folder: Path) -> Path:
-    """A ``PosePath3D`` or ``PoseTrajectory3D`` of evo: to the bit with stamps, else as matrices."""
+    """Writes a ``PosePath3D`` or ``PoseTrajectory3D`` of evo: bit-identical with stamps, else as matrices."""
     stamps = getattr(run, "timestamps", None)
     if stamps is None:
         return _write(name, np.asarray(run.poses_se3, np.float64), folder)
@@ -99,7 +99,7 @@ def _write_evo(name: str, run: Any, quaternions: npt.NDArray[np.float64], folder
 
 
 def stamps_ns(whose: str, stamps: npt.ArrayLike, count: int) -> list[int]:
-    """Stamps in nanoseconds: integers are taken as such, floats as seconds."""
+    """Stamps in nanoseconds: integers are nanoseconds, floats seconds."""
     given = np.asarray(stamps)
     if given.shape == (count, 1):
         given = given[:, 0]
@@ -115,14 +115,14 @@ def stamps_ns(whose: str, stamps: npt.ArrayLike, count: int) -> list[int]:
 
 
 def nanoseconds(stamp_s: float) -> int:
-    """The nanoseconds that the shortest decimal of these seconds says, as a file would be read."""
+    """The nanoseconds of the shortest decimal of these seconds, as a file would be read."""
     from decimal import Decimal
 
     return int((Decimal(repr(stamp_s)) * 1_000_000_000).to_integral_value())
 
 
 def seconds(stamp_ns: int) -> str:
-    """Nanoseconds as decimal seconds, all of their digits."""
+    """Nanoseconds as decimal seconds, with all digits."""
     sign, ns = ("-" if stamp_ns < 0 else ""), abs(stamp_ns)
     return f"{sign}{ns // 1_000_000_000}.{ns % 1_000_000_000:09d}"
 

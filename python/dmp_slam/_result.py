@@ -70,8 +70,8 @@ class Result:
 
     @property
     def runs(self) -> Table:
-        """A row for each run, best first. Columns: ``R_cv`` and ``R_near`` at each cut as lengths (``r_cv_10_m``, metres) and
-        as squares (``r_cv_10_m2``, m²), ``dmp_mean_m2``; ``coverage``, ``revisit``, ``miss`` and ``blocked`` as shares from 0 to 1.
+        """A row for each run, best first. Columns: ``R_cv`` and ``R_near`` at each truncation as lengths (``r_cv_10_m``, metres)
+        and as squares (``r_cv_10_m2``, m²), ``dmp_mean_m2``; ``coverage``, ``revisit``, ``miss`` and ``blocked`` as shares, 0 to 1.
         """
         return _columns.runs_table(self.data)
 
@@ -110,15 +110,15 @@ class Result:
         return self._kept.map(run)
 
     def plot(self) -> Any:
-        """A figure of matplotlib, which must be installed: the scores of the runs; with ``per_frame`` also how far
-        predictions are off over time, and with ``residuals`` where.
+        """A figure of matplotlib, which must be installed: the scores of the runs; with ``per_frame`` also the
+        residuals over time, and with ``residuals`` where they are.
         """
         from ._plot import figure
 
         return figure(self.data, self._frames, self._kept)
 
     def view(self, save: str | os.PathLike[str] | None = None) -> None:
-        """Shows trajectories, returns coloured by what they are off, scan by scan, and maps in rerun, which must be installed.
+        """Shows trajectories, returns coloured by residual, scan by scan, and maps in rerun, which must be installed.
 
         ``score`` must have been called with ``residuals``; maps are shown with ``save_maps``. ``save`` writes a recording, ``FILE.rrd``, and opens
         nothing.
@@ -132,7 +132,7 @@ class Result:
         shutil.copyfile(self._kept.scene(), path)
 
     def keep(self, path: str | os.PathLike[str]) -> None:
-        """Writes the result with what every return is off by, ``FILE.dmp``, where ``score`` was called with ``keep``: ``compare``
+        """Writes the result with the residual of every return, ``FILE.dmp``, where ``score`` was called with ``keep``: ``compare``
         judges its runs with those of others.
         """
         shutil.copyfile(self._kept.result(), path)
@@ -153,7 +153,7 @@ class Result:
 
     @property
     def is_damaged(self) -> bool:
-        """Whether part of the log was lost or damaged, or a run left out; ``data`` says what."""
+        """Whether part of the log was lost or damaged, or a run excluded; ``data`` has the details."""
         return self._is_damaged
 
     def report(self, path: str | os.PathLike[str]) -> None:
@@ -175,10 +175,10 @@ class Result:
 
     def __repr__(self) -> str:
         runs = {run["name"]: run for run in self.data["runs"]}
-        lines = [f"best: {self.best}" if self.best else "best: it cannot be told"]
+        lines = [f"best: {self.best}" if self.best else "best: undecided"]
         for rank, name in enumerate(self.order, start=1):
             squares = runs[name]["r_cv_m2"] or {}
-            lengths = (f"{cut} m: {_columns.root(square):.3g} m" for cut, square in _told(squares))
+            lengths = (f"{cut} m: {_columns.root(square):.3g} m" for cut, square in _given(squares))
             lines.append(f"{rank}  {name}  R_cv at {', '.join(lengths)}" if squares else f"{rank}  {name}")
         for pair in self.data["pairs"]:
             lines.append(f"{_named(pair)}: {pair['reason']}")
@@ -194,7 +194,7 @@ def _named(pair: dict[str, Any]) -> str:
     return f"{better} against {b if better == a else a}"
 
 
-def _told(squares: dict[str, float | None]) -> list[tuple[str, float]]:
+def _given(squares: dict[str, float | None]) -> list[tuple[str, float]]:
     cuts = sorted(squares, key=float, reverse=True)
     return [(cut, square) for cut in cuts if (square := squares[cut]) is not None]
 

@@ -1,4 +1,4 @@
-"""Logs that are in memory, or that other programs read: spooled into a log that the core reads, a scan at a time."""
+"""Spools logs in memory, or of other programs, into a log for the core, one scan at a time."""
 
 from __future__ import annotations
 
@@ -20,31 +20,31 @@ from .errors import Cancelled, InputError
 #: A log: a path, the files of one bag in order, or scans.
 Log = Union[str, "os.PathLike[str]", Sequence[Union[str, "os.PathLike[str]"]], Iterable[Any], Any]
 
-#: What the spooled log is called in its folder.
+#: File name of the spooled log.
 LOG_FILE = "log.mcap"
 
-#: How far from its stamp a point may be measured, nanoseconds: what 32 bits hold.
+#: Largest time between a point and its stamp, nanoseconds: 32 bits.
 _MOST_NS = 2**31 - 1
 
 
 class Placed(NamedTuple):
-    """Where a log is."""
+    """The path of a log."""
 
     path: str
-    #: What is to be spooled to that path; ``None`` where the log is there.
+    #: The scans to spool to that path; ``None`` if the log is there.
     scans: Iterator[Scan] | None = None
-    #: How many they are, where that is known.
+    #: Their number, if known.
     of: int | None = None
 
     def spool(self, progress: Progress = None, cancel: Event | None = None) -> None:
-        """Writes what is not there yet."""
+        """Writes the log if it is not there yet."""
         if self.scans is not None:
             spool(self.scans, Path(self.path), self.of, progress, cancel)
 
 
 def place(log: Log, folder: Path) -> Placed:
-    """Where a log is; one that is no file is to be spooled into the folder."""
-    # Datasets of evalio are texts, too.
+    """The path of a log; one that is not a file is spooled into the folder."""
+    # Datasets of evalio are strings too.
     if isinstance(log, (str, os.PathLike)) and not hasattr(log, "lidar"):
         return Placed(os.fsdecode(log))
     if isinstance(log, (list, tuple)) and log and all(isinstance(part, (str, os.PathLike)) for part in log):
@@ -60,7 +60,7 @@ def spool(
     progress: Progress = False,
     cancel: Event | None = None,
 ) -> None:
-    """Writes scans into an MCAP file, one at a time. Where they raise, no file is left."""
+    """Writes scans into an MCAP file, one at a time. If they raise, no file remains."""
     listener = Listener(progress, cancel)
     writer = _core.ScanWriter(file)
     count = 0
@@ -75,7 +75,7 @@ def spool(
             raise InputError("the log has no scans")
         writer.finish()
     except BaseException:
-        # Whoever keeps the error keeps the writer.
+        # A kept error would otherwise keep the writer.
         writer.abandon()
         raise
     finally:
@@ -88,7 +88,7 @@ def _go_on(listener: Listener) -> None:
 
 
 def scans_of(log: Any) -> Iterator[Scan]:
-    """The scans of a dataset of kiss-icp or evalio, or of anything that gives scans."""
+    """The scans of a dataset of kiss-icp or evalio, or of any iterable of scans."""
     if hasattr(log, "lidar") and callable(log.lidar):
         return (_of_evalio(measured) for measured in log.lidar())
     if hasattr(log, "__getitem__") and hasattr(log, "__len__") and not isinstance(log, AnySequence):
@@ -109,7 +109,7 @@ def _of_tuple(number: int, scan: Any) -> Scan:
 
 
 def _of_evalio(measured: Any) -> Scan:
-    """A ``LidarMeasurement``: its points have times after the stamp."""
+    """The scan of a ``LidarMeasurement``: its points have times after the stamp."""
     points = np.asarray(measured.to_vec_positions(), np.float64).reshape(-1, 3)
     offsets = np.array([point.t.to_nsec() for point in measured.points], np.int64)
     return Scan(points, offsets, int(measured.stamp.to_nsec()))
@@ -118,7 +118,7 @@ def _of_evalio(measured: Any) -> Scan:
 def _checked(
     number: int, scan: Scan
 ) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.int64] | None, int]:
-    """A scan as it is written, or one line that says what is wrong with it."""
+    """The scan as written; raises an error of one line if it is invalid."""
     try:
         points = np.asarray(scan.points)
     except ValueError as error:
@@ -144,7 +144,7 @@ def _stamp_ns(number: int, stamp: float | int) -> int:
 
 
 def _offsets_ns(number: int, times: npt.ArrayLike, points: npt.NDArray[np.float32]) -> npt.NDArray[np.int64]:
-    """Nanoseconds after the stamp. What did not come back has no time of its own: it gets the stamp's."""
+    """Nanoseconds after the stamp. A point without an echo gets the stamp's time."""
     given, count = np.asarray(times), len(points)
     if given.shape != (count,) or given.dtype.kind not in "fiu":
         shape = " × ".join(map(str, given.shape))
@@ -153,7 +153,7 @@ def _offsets_ns(number: int, times: npt.ArrayLike, points: npt.NDArray[np.float3
     refuse_not_finite(number, given, returned)
     values = np.where(returned, given, 0)
     if given.dtype.kind == "f":
-        # Too large ones become infinite, and are refused.
+        # Too large values become infinite and are rejected.
         with np.errstate(over="ignore"):
             values = values.astype(np.float64) * NS
     beyond = (values > _MOST_NS) | (values < -_MOST_NS)
@@ -165,7 +165,7 @@ def _offsets_ns(number: int, times: npt.ArrayLike, points: npt.NDArray[np.float3
 
 
 def _bag(files: Sequence[Union[str, os.PathLike[str]]], folder: Path) -> str:
-    """Files of one bag, in order, as a folder that names them."""
+    """Writes a folder that lists the files of one bag, in order."""
     folder.mkdir()
     names = []
     for number, file in enumerate(files):

@@ -14,7 +14,7 @@ from ._poses import Runs
 from ._result import Result
 from ._scans import Log
 
-#: What is written into files that a result keeps the contents of, if their keyword is True.
+#: Outputs whose file contents the result holds, if their keyword is True.
 _READ = {"report": "page.html", "per_frame": "frames.csv", "per_tile": "tiles.csv"}
 
 
@@ -27,19 +27,18 @@ def score(
     cancel: Event | None = None,
     **settings: Any,
 ) -> Result:
-    """Scores runs on a log, and ranks them, as ``dmp score`` does.
+    """Scores and ranks runs on a log, as ``dmp score`` does.
 
-    ``log`` is a path, the files of one bag in order, a dataset of kiss-icp or evalio, or scans (``dmp.Scan``), which are read once, one
-    by one, into a file that goes when the scores are there. ``runs`` are names with trajectories: files or topics as the
-    command takes them, N × 4 × 4 arrays or lists of poses (``world_from_body``, metres; with stamps as ``dmp.Poses``), or
-    trajectories of evo. Every option of the command is a keyword with the same name, unit and values: numbers or texts
-    (``voxel=0.2`` or ``voxel="20 cm"``), True for a switch, a dict for what differs from run to run
-    (``pose_at={"kiss": "end"}``). ``report=True``, ``per_frame=True``, ``per_tile=True``, ``residuals=True``, ``save_maps=True``,
-    ``scene=True`` and ``keep=True`` keep in the result what the command writes into files; the last four on the disk, for as long as
-    there is the result.
+    ``log`` is a path, the files of one bag in order, a dataset of kiss-icp or evalio, or scans (``dmp.Scan``). Scans are read once,
+    one by one, into a temporary file. ``runs`` maps names to trajectories: files or topics as for the command, N × 4 × 4 arrays or
+    lists of poses (``world_from_body``, metres; with stamps as ``dmp.Poses``), or trajectories of evo. Every option of the command
+    is a keyword with the same name, unit and values: numbers or texts (``voxel=0.2`` or ``voxel="20 cm"``), True for a switch, a
+    dict for values per run (``pose_at={"kiss": "end"}``). ``report=True``, ``per_frame=True``, ``per_tile=True``,
+    ``residuals=True``, ``save_maps=True``, ``scene=True`` and ``keep=True`` store in the result what the command writes to files;
+    the last four on disk, as long as the result exists.
 
-    ``progress`` is shown where somebody watches (``None``), always or never, or given to a function of stage, unit, steps done
-    and all steps. ``cancel`` is an event that stops the work when it is set.
+    ``progress`` is shown on a terminal or in a notebook (``None``), always or never, or passed to a function of stage, unit, steps
+    done and total steps. ``cancel`` is an event that stops the work when it is set.
 
     >>> result = dmp.score(town, {"truth": truth, "drift": drift}, threads=1, progress=False)
     >>> result.best

@@ -1,4 +1,4 @@
-"""``suite``: versions of a SLAM on several logs."""
+"""``suite``: compares versions of a SLAM system on several logs."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from ._execute import Output, check, execute
 from ._listener import Event, Listener, Progress
 from .errors import UsageError
 
-#: How high a page is shown in a notebook, pixels.
+#: Height of a page in a notebook, pixels.
 _PAGE_HEIGHT = 800
-#: Options that print something else.
+#: Options that change the output format.
 _OTHERWISE = ("example", "list", "dask")
 
 
 class SuiteResult:
-    """What several logs say together of versions of a SLAM.
+    """The comparison of versions of a SLAM system on several logs.
 
-    Tables have ``__arrow_c_stream__``, as those of ``Result``. Differences are a − b in metres: negative where a is better.
+    Tables have ``__arrow_c_stream__``, as those of ``Result``. Differences are a − b in metres: negative if a is better.
     """
 
     def __init__(self, output: Output, page: str) -> None:
@@ -35,12 +35,12 @@ class SuiteResult:
         self._is_damaged = output.is_damaged
 
     def to_json(self) -> str:
-        """What ``dmp suite --json`` prints."""
+        """The JSON of ``dmp suite --json``."""
         return self._text
 
     @cached_property
     def data(self) -> dict[str, Any]:
-        """The JSON as Python has it; docs/json.md has every field (``dmp-suite/1``)."""
+        """The JSON as a Python object; docs/json.md has every field (``dmp-suite/1``)."""
         parsed: dict[str, Any] = json.loads(self._text)
         return parsed
 
@@ -51,12 +51,12 @@ class SuiteResult:
 
     @property
     def worst_first(self) -> list[str]:
-        """The logs that were scored, those first where more versions lose against one that was named before them."""
+        """The scored logs, worst first: by the number of versions that lose against one named before them."""
         return list(self.data["worst_first"])
 
     @property
     def best(self) -> str | None:
-        """The version that is decided over all logs to be better than every other; ``None`` where there is none."""
+        """The version decided over all logs to be better than every other; ``None`` if there is none."""
         for name in self.versions:
             if all(self.verdict(name, other) == name for other in self.versions if other != name):
                 return name
@@ -71,18 +71,18 @@ class SuiteResult:
 
     @property
     def pairs(self) -> Table:
-        """A row for each two versions: what is decided, on how many logs each is better, ``p_value`` of the sign test, and the
-        medians of their differences with their intervals (metres).
+        """A row for each pair of versions: the outcome, the number of logs on which each is better, ``p_value`` of the sign test,
+        and the medians of their differences with their intervals (metres).
         """
         return _columns.suite_pairs_table(self.data)
 
     @property
     def logs(self) -> Table:
-        """A row for each log and each two versions, worst first: the verdict, the scale that decided and the differences (metres)."""
+        """A row for each log and pair of versions, worst first: the verdict, the deciding scale and the differences (metres)."""
         return _columns.suite_logs_table(self.data)
 
     def result(self, log: str) -> dict[str, Any]:
-        """The result of a log, as ``dmp score --json`` gives it, from the cache."""
+        """The result of a log, as ``dmp score --json`` prints it, from the cache."""
         for found in self.data["logs"]:
             if found["name"] == log and found["result"] is not None:
                 parsed: dict[str, Any] = json.loads(Path(found["result"]).read_text(encoding="utf-8"))
@@ -91,12 +91,12 @@ class SuiteResult:
 
     @property
     def gates_passed(self) -> bool:
-        """Whether every gate that was asked for, here or in the suite, passed."""
+        """Whether every requested gate, here or in the suite, passed."""
         return all(gate["passed"] for gate in self.data["gates"])
 
     @property
     def is_damaged(self) -> bool:
-        """Whether a log could not be scored, a version has no run on one, or part of one was lost; ``data`` says what."""
+        """Whether a log could not be scored, a version has no run on one, or part of one was lost; ``data`` has the details."""
         return self._is_damaged or any(
             log["problem"] is not None or log["missing"] or log["damaged"] for log in self.data["logs"]
         )
@@ -110,10 +110,10 @@ class SuiteResult:
         return f'<iframe srcdoc="{page}" style="width: 100%; height: {_PAGE_HEIGHT}px; border: 0"></iframe>'
 
     def __repr__(self) -> str:
-        lines = [f"best: {self.best}" if self.best else "best: it cannot be told"]
+        lines = [f"best: {self.best}" if self.best else "best: undecided"]
         for pair in self.data["pairs"]:
-            told = pair["better"] or pair["outcome"].replace("_", " ")
-            lines.append(f"{pair['a']}, {pair['b']}: {told}: {pair['reason']}")
+            outcome = pair["better"] or pair["outcome"].replace("_", " ")
+            lines.append(f"{pair['a']}, {pair['b']}: {outcome}: {pair['reason']}")
         return "\n".join(lines)
 
 
@@ -127,14 +127,14 @@ def suite(
     cancel: Event | None = None,
     **settings: Any,
 ) -> SuiteResult:
-    """Compares versions of a SLAM over several logs, as ``dmp suite`` does.
+    """Compares versions of a SLAM system over several logs, as ``dmp suite`` does.
 
-    ``suite`` is the file that names versions, logs and options; docs/suite.md has its keys. What is in the cache and has not
-    changed is not scored again.
+    ``suite`` is the file with versions, logs and options; docs/suite.md has its keys. Unchanged results in the cache are not scored
+    again.
 
-    With a ``client`` of ``distributed`` the cluster scores, several logs at a time. Logs and runs must be where all workers have them, and
-    so must ``work``, which may be a URL. ``cluster`` are keywords of ``dmp_slam.dask.score`` that say how: ``parts``, ``retries``,
-    ``resources``, ``cache_bytes``, ``storage_options``.
+    With a ``client`` of ``distributed`` the cluster scores, several logs at a time. All workers must reach the logs, the runs and
+    ``work``, which may be a URL. ``cluster`` has keywords of ``dmp_slam.dask.score``: ``parts``, ``retries``, ``resources``,
+    ``cache_bytes``, ``storage_options``.
 
     >>> result = dmp.suite("suite.toml")  # doctest: +SKIP
     >>> result.verdict("old", "new")  # doctest: +SKIP
@@ -162,7 +162,7 @@ def _score_on(
     progress: Progress,
     cancel: Event | None,
 ) -> None:
-    """Scores on a cluster what is not in the cache."""
+    """Scores on a cluster the results that are not in the cache."""
     from ._shards.dask_cluster import DaskCluster
     from ._shards.scored import Where
     from ._shards.suite import RETRIES, score_all
@@ -182,8 +182,8 @@ def _score_on(
     listener = Listener(progress, cancel)
     total = len(listed["logs"])
     try:
-        told = (listener.say, lambda done: listener.progress("scoring logs", "logs", done, total))
+        listeners = (listener.say, lambda done: listener.progress("scoring logs", "logs", done, total))
         where = Where(work=settings.get("work"), **how)
-        score_all(listed, workers, where, options("memory", "threads"), told, cancel)
+        score_all(listed, workers, where, options("memory", "threads"), listeners, cancel)
     finally:
         listener.close()

@@ -1,4 +1,4 @@
-"""One sweep of the sensor, and what is common to all that give them."""
+"""One sweep of the sensor, and helpers for its sources."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ import numpy.typing as npt
 from .errors import InputError
 
 NS = 1_000_000_000
-#: From one scan to the next where nobody tells, nanoseconds: LiDARs turn ten times a second.
+#: Default time between scans, nanoseconds: LiDARs turn ten times a second.
 PERIOD_NS = NS // 10
 
 
 class Scan(NamedTuple):
     """One sweep of the sensor.
 
-    ``points`` are N × 3, metres in the sensor's frame; they are kept as float32. ``times`` are those of the points after the stamp,
-    N seconds (floats) or nanoseconds (integers), ``None`` where the scan was corrected for its motion. They are negative before the
-    stamp, which may be any instant of the sweep. ``stamp`` is in seconds (float) or nanoseconds (int); without one, scans are a tenth
-    of a second apart.
+    ``points`` are N × 3, metres in the sensor's frame; they are stored as float32. ``times`` are those of the points after the
+    stamp, N seconds (floats) or nanoseconds (integers), ``None`` for a motion-corrected scan. They are negative before the stamp,
+    which may be any instant of the sweep. ``stamp`` is in seconds (float) or nanoseconds (int); without one, scans are a tenth of a
+    second apart.
 
-    What did not come back, a point that is not finite or (0, 0, 0), needs no time.
+    A point without an echo, not finite or (0, 0, 0), needs no time.
     """
 
     points: npt.ArrayLike
@@ -37,7 +37,7 @@ def came_back(points: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:
 
 
 def refuse_not_finite(number: int, times: npt.NDArray[Any], returned: npt.NDArray[np.bool_]) -> None:
-    """Every return needs a time."""
+    """Rejects a return without a finite time."""
     wrong = returned & ~np.isfinite(times)
     if wrong.any():
         first = int(np.argmax(wrong))
@@ -45,7 +45,7 @@ def refuse_not_finite(number: int, times: npt.NDArray[Any], returned: npt.NDArra
 
 
 def nearest(values: npt.NDArray[np.float64]) -> npt.NDArray[np.int64]:
-    """Whole numbers, halves away from zero: as the times of files are rounded."""
+    """Rounded to integers, halves away from zero, as times in files are."""
     whole = np.trunc(values)
     rest = values - whole
     return (whole + (rest >= 0.5) - (rest <= -0.5)).astype(np.int64)

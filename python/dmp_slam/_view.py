@@ -1,4 +1,4 @@
-"""A result in the viewer rerun."""
+"""Shows a result in the viewer rerun."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ import numpy.typing as npt
 
 from ._kept import Kept, by_frame
 
-#: Errors beyond this are coloured alike, metres.
+#: Errors are clipped at this for colours, metres.
 _MOST_M = 0.5
-#: From too near over as predicted to too far; and without prediction. Told apart also by who sees no red or green.
+#: From too near over as predicted to too far; and without prediction. Safe for red-green colour blindness.
 _COLOURS = np.array([[33, 102, 172], [247, 247, 247], [178, 24, 43]], np.float64)
 _UNKNOWN = np.array([110, 110, 110], np.uint8)
-#: Surfels of a map that are shown, about.
+#: Approximate number of surfels shown of a map.
 _SURFELS = 2_000_000
-#: The viewer has 32 bits: places further off are moved by whole kilometres.
+#: The viewer has 32 bits: positions farther away are shifted by whole kilometres.
 _FAR_M = 10_000.0
 
 
 def show(runs: Sequence[str], kept: Kept, save: str | os.PathLike[str] | None) -> None:
-    """Hands all that was kept of runs to rerun, or writes it into a recording."""
+    """Sends all saved outputs of runs to rerun, or writes them into a recording."""
     try:
         import rerun
     except ImportError as error:
@@ -56,9 +56,9 @@ def _run(rerun: Any, recording: Any, run: str, returns: npt.NDArray[np.void], ke
         places = np.stack([scan[axis] for axis in "xyz"], axis=1) - moved_m
         off_m = scan["signed_residual_m"]
         recording.log([run, "returns"], rerun.Points3D(places, colors=_coloured(off_m)))
-        told = np.minimum(np.square(off_m[np.isfinite(off_m)], dtype=np.float64), _MOST_M**2)
-        if told.size:
-            recording.log([run, "off_m"], rerun.Scalars(float(np.sqrt(told.mean()))))
+        squares_m2 = np.minimum(np.square(off_m[np.isfinite(off_m)], dtype=np.float64), _MOST_M**2)
+        if squares_m2.size:
+            recording.log([run, "off_m"], rerun.Scalars(float(np.sqrt(squares_m2.mean()))))
 
 
 def _coloured(off_m: npt.NDArray[np.float32]) -> npt.NDArray[np.uint8]:

@@ -1,4 +1,4 @@
-"""Logs and trajectories in the formats that others read."""
+"""Converts logs and trajectories to other formats."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Scores in parts on a cluster of dask: ``dmp_slam.dask.score``. ``pip install 'dmp-slam[dask]'`` brings what it needs.
+"""Scores in parts on a dask cluster: ``dmp_slam.dask.score``. ``pip install 'dmp-slam[dask]'`` installs its dependencies.
 
 >>> import dmp_slam.dask
 >>> with distributed.Client("tcp://scheduler:8786"):  # doctest: +SKIP
@@ -37,21 +37,21 @@ def score(
     cancel: Event | None = None,
     **settings: Any,
 ) -> Result:
-    """Scores runs on a log as ``dmp_slam.score`` does, to the bit, in parts that the workers of a cluster do.
+    """Scores runs on a log as ``dmp_slam.score`` does, to the bit, in parts on the workers of a cluster.
 
-    ``log``, the files of ``runs`` and ``work`` are paths that every worker has, or URLs that fsspec knows (``s3://``, ``gs://``), which
-    ``storage_options`` are for. Runs may also be in memory, as ``dmp_slam.score`` takes them.
+    ``log``, the files of ``runs`` and ``work`` are paths that every worker has, or URLs for fsspec (``s3://``, ``gs://``) with
+    ``storage_options``. Runs may also be in memory, as for ``dmp_slam.score``.
 
-    ``client`` is one of ``distributed``; without it the current one. ``work`` is a folder for the plan and the files of parts. A job that
-    was stopped goes on from what is there; without ``work`` it is a temporary one of this machine, which all workers must see.
-    ``parts`` are how many there are, of every stage or by the stages ``fuse``, ``merge``, ``cast`` and ``drift``; without it as many as make
-    sense. ``retries`` is how often a part that failed is tried again, ``resources`` what each task takes of a worker's: one that is
-    called ``threads``, ``cores`` or ``CPU`` is how many threads it has, else one. ``memory`` and ``threads`` are those of a part; without
-    ``memory`` it has its share of the worker's limit. ``cache_bytes`` is how much of the log and of ``work`` a worker keeps on its disk,
-    in its ``local_directory``, if they are not local; without it half of what is free there. To be planned, all of the log is read
-    once, and brought to one worker's disk for that.
+    ``client`` is one of ``distributed``; default: the current one. ``work`` is a folder for the plan and the files of parts. A
+    stopped job resumes from them. Default: a temporary folder of this machine, which all workers must see. ``parts`` is the number
+    of parts, for every stage or by the stages ``fuse``, ``merge``, ``cast`` and ``drift``; default: the plan's suggestion.
+    ``retries`` is how often a failed part is tried again. ``resources`` are the worker resources of each task; one named
+    ``threads``, ``cores`` or ``CPU`` is its number of threads, else it has one. ``memory`` and ``threads`` are those of a part;
+    ``memory`` defaults to its share of the worker's limit. ``cache_bytes`` is how much of a remote log and ``work`` a worker keeps
+    on its disk, in its ``local_directory``; default: half of the free space. For planning, one worker reads the whole log once,
+    from its own disk.
 
-    ``progress`` and ``cancel`` are as in ``dmp_slam.score``; a function is told of stages and parts.
+    ``progress`` and ``cancel`` are as in ``dmp_slam.score``; a function receives stages and parts.
     """
     workers = DaskCluster.of(client, retries, resources)
     where = Where(work, parts, cache_bytes, storage_options)

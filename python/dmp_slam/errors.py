@@ -1,19 +1,19 @@
-"""What goes wrong, each with the one line that the command prints."""
+"""Errors, each with the one-line message that the command prints."""
 
 from __future__ import annotations
 
 
 class Error(Exception):
-    """Anything that the command fails with: a full disk, a log without a scan that can be used."""
+    """Any failure of a command: a full disk, a log without a usable scan."""
 
 
 class UsageError(Error, ValueError):
-    """An option has no such value, options contradict each other, or a file is not there."""
+    """An option has an invalid value, options contradict each other, or a file does not exist."""
 
 
 class InputError(Error):
-    """A file or an array cannot be read as what it was given for."""
+    """A file or an array cannot be read in the expected format."""
 
 
 class Cancelled(Error):
-    """The event that was given as ``cancel`` was set. Nothing unfinished is left behind."""
+    """The event given as ``cancel`` was set. Nothing unfinished is left behind."""

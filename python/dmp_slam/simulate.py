@@ -1,4 +1,4 @@
-"""Logs and trajectories with known truth. Each function writes files and returns what the command says of them."""
+"""Simulates logs and trajectories with known truth. Each function writes files and returns the command's output."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def room(output: StrPath, *, progress: Progress = None, cancel: Event | None = N
 
 @documented("simulate", "errors")
 def errors(trajectory: StrPath, output: StrPath, **settings: Any) -> str:
-    """A trajectory made worse by a known amount (``dmp simulate errors``)."""
+    """A trajectory with a known error added (``dmp simulate errors``)."""
     return printed(("simulate", "errors"), [trajectory], {**settings, "output": output})
 
 

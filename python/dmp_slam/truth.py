@@ -6,12 +6,11 @@ from pathlib import Path
 from typing import Any, Mapping
 
 from ._arguments import StrPath, documented
-from ._called import on_log_and_runs, work_folder
+from ._called import work_folder
 from ._commands import parsed
 from ._execute import execute
 from ._listener import Event, Progress
-from ._poses import Run, Runs, check_name, in_file_of_its_name, trajectory
-from ._scans import Log
+from ._poses import Run, check_name, in_file_of_its_name, trajectory
 from .errors import UsageError
 
 
@@ -19,10 +18,10 @@ from .errors import UsageError
 def ape(
     reference: Run, *estimates: Run | Mapping[str, Run], format: str | None = None, **settings: Any
 ) -> dict[str, Any]:
-    """The absolute pose error, as ``evo_ape`` has it: ``stats`` in the JSON's ``unit`` (``dmp truth ape``).
+    """The absolute pose error, as ``evo_ape`` computes it: ``stats`` in the JSON's ``unit`` (``dmp truth ape``).
 
-    Trajectories are files, or in memory as for ``score``. ``format`` is that of the files, where it is not to be found by looking.
-    Of several estimates, or of a dict of them by their names, ``runs`` has one such object each.
+    Trajectories are files, or in memory as for ``score``. ``format`` is that of the files, if it cannot be detected. Of several
+    estimates, or of a dict of them by their names, ``runs`` has one such object each.
 
     >>> dmp.truth.ape(truth, drift, align=True)["unit"]
     'm'
@@ -36,7 +35,7 @@ def ape(
 def rpe(
     reference: Run, *estimates: Run | Mapping[str, Run], format: str | None = None, **settings: Any
 ) -> dict[str, Any]:
-    """The relative pose error, as ``evo_rpe`` has it (``dmp truth rpe``). Trajectories are as for ``ape``."""
+    """The relative pose error, as ``evo_rpe`` computes it (``dmp truth rpe``). Trajectories are as for ``ape``."""
     return _errors("rpe", reference, estimates, format, settings)
 
 
@@ -51,7 +50,7 @@ def _errors(
 
 
 def _by_name(metric: str, estimates: tuple[Any, ...]) -> dict[str, Run]:
-    """What is compared; ``reference`` is none of the names."""
+    """The estimates by name; ``reference`` is not a valid name."""
     if len(estimates) == 1 and isinstance(estimates[0], Mapping):
         if "reference" in estimates[0]:
             raise UsageError("'reference': this is no name of an estimate")
@@ -68,7 +67,7 @@ def _by_name(metric: str, estimates: tuple[Any, ...]) -> dict[str, Run]:
 
 
 def _file(name: str, run: Run, folder: Path) -> str:
-    """A trajectory whose file holds its stamps itself: as evo, these metrics look for none beside it. One in memory is called by its
+    """A trajectory file with its own stamps: as in evo, these metrics read no file beside it. One in memory gets its name as file
     name."""
     file = trajectory(name, run, folder)
     if not folder.exists():
@@ -89,18 +88,3 @@ def smd(
 ) -> dict[str, Any]:
     """The distance of a map from a reference surface, metres (``dmp truth smd``)."""
     return parsed(("truth", "smd"), [surface, map], settings, progress, cancel)
-
-
-@documented("truth", "study")
-def study(
-    log: Log,
-    runs: Runs,
-    reference: StrPath,
-    *,
-    progress: Progress = None,
-    cancel: Event | None = None,
-    **settings: Any,
-) -> dict[str, Any]:
-    """Every score of runs beside ground truth, and how well they rank alike (``dmp truth study``)."""
-    settings = {**settings, "reference": reference}
-    return on_log_and_runs(("truth", "study"), log, runs, progress, cancel, settings)

@@ -1,6 +1,6 @@
 """The command ``dmp``, as the package ``dmp_slam`` installs it.
 
-Beside the package, since a process that begins again need not import that first, and numpy with it.
+Outside the package, so that a process that restarts itself need not import the package and numpy first.
 """
 
 from __future__ import annotations
@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 import sys
 
-#: What makes the C library give memory back, as the command sets it for itself: read when a process begins.
+#: Makes the C library return memory, as the command sets it for itself: read when a process begins.
 _MEMORY = {"MALLOC_MMAP_THRESHOLD_": "262144", "MALLOC_TRIM_THRESHOLD_": "1048576", "MALLOC_ARENA_MAX": "1"}
 
 
@@ -18,17 +18,17 @@ def main() -> None:
     if missing and sys.platform == "linux" and sys.executable:
         os.execve(sys.executable, _this_process(), {**os.environ, **missing})
 
-    # Where the command needs Python, it is this one.
+    # If the command needs Python, it uses this one.
     os.environ.setdefault("DMP_PYTHON", sys.executable)
     from dmp_slam import _core
 
     code = _core.main(sys.argv[1:])
-    # Nothing is left to be done in Python, which would wait for threads.
+    # Nothing is left to do in Python, whose exit would wait for threads.
     os._exit(code)
 
 
 def _this_process() -> list[str]:
-    """How this process was started. Another way might look for modules in another folder, such as the current one."""
-    # Python 3.9 does not know; there it is the script that was installed.
+    """The command line of this process. Another one might find modules in other folders, such as the current one."""
+    # Python 3.9 has no ``orig_argv``; there it is the installed script.
     known: list[str] = getattr(sys, "orig_argv", [sys.executable, *sys.argv])
     return [sys.executable, *known[1:]]

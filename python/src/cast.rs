@@ -1,7 +1,7 @@
-//! Rays of arrays cast into a map.
+//! Casts rays in arrays into a map.
 //!
-//! What is found is written where it stays, by the threads that cast, into arrays that numpy has made: it takes their room from the
-//! system in large pages, which costs a fraction of what small ones do.
+//! The casting threads write results directly into arrays made by numpy. numpy allocates large pages, which cost a
+//! fraction of small ones.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -10,7 +10,7 @@ use dmp_map::{MapError, Store};
 use dmp_sensor::{Isometry3, Point3, Vector3};
 use rayon::ThreadPool;
 
-/// Squares of lengths no further than this from one are those of directions of length one but for rounding.
+/// Directions whose squared length is this near to one count as unit vectors, up to rounding.
 const ROUNDING: f64 = 1e-12;
 
 /// Rays as arrays.
@@ -23,7 +23,7 @@ pub(crate) struct Rays<'a> {
 }
 
 impl Rays<'_> {
-    /// How many they are; `None` where arrays differ in that.
+    /// Number of rays; `None` if the arrays differ in length.
     pub(crate) fn count(&self) -> Option<usize> {
         let count = self.origins.len();
         let others =
@@ -31,7 +31,7 @@ impl Rays<'_> {
         others.into_iter().flatten().all(|other| other == count).then_some(count)
     }
 
-    // Inlined it is written where it stays: to copy what has just been written in other pieces stalls.
+    // Inlined so that the query is written in place: copying a struct just written in pieces stalls.
     #[inline]
     fn query(&self, ray: usize) -> Query {
         Query {
@@ -43,28 +43,28 @@ impl Rays<'_> {
     }
 }
 
-/// A direction of length one; what has no direction stays as it is, and meets nothing.
+/// The direction at unit length; a zero vector stays as it is and meets nothing.
 #[inline]
 fn unit(direction: [f64; 3]) -> Vector3<f64> {
     let direction = Vector3::from(direction);
-    // Divisions take long, and most directions come with length one.
+    // Divisions are slow, and most directions already have unit length.
     if (direction.norm_squared() - 1.0).abs() <= ROUNDING {
         return direction;
     }
     direction.try_normalize(0.0).unwrap_or(direction)
 }
 
-/// Where what rays meet is written, in the order of the rays.
+/// The output arrays, in the order of the rays.
 pub(crate) struct Found<'a> {
     pub(crate) first_m: &'a mut [f64],
-    /// These where they are asked for.
+    /// The following ones only on request.
     pub(crate) nearest_m: Option<&'a mut [f64]>,
     pub(crate) independent_m: Option<&'a mut [f64]>,
     pub(crate) normals: Option<&'a mut [[f32; 3]]>,
 }
 
 impl<'a> Found<'a> {
-    /// Whether it has room for so many rays, and no more.
+    /// Whether it has exactly this many elements.
     pub(crate) fn is_of(&self, count: usize) -> bool {
         let ranges =
             [&self.nearest_m, &self.independent_m].map(|ranges| ranges.as_ref().map(|ranges| ranges.len()));
@@ -74,7 +74,7 @@ impl<'a> Found<'a> {
         counts.into_iter().flatten().all(|other| other == count)
     }
 
-    /// Pieces of it with so many rays each.
+    /// Pieces of it with this many rays each.
     pub(crate) fn chunks(self, size: usize) -> impl Iterator<Item = Chunk<'a>> {
         let (nearest_m, independent_m) = (pieces(self.nearest_m, size), pieces(self.independent_m, size));
         let others = nearest_m.zip(independent_m).zip(pieces(self.normals, size));
@@ -86,19 +86,19 @@ impl<'a> Found<'a> {
     }
 }
 
-/// Pieces of a column; without one, none of it in each of endless ones.
+/// Pieces of a column; without a column, endless `None`s.
 fn pieces<T>(column: Option<&mut [T]>, size: usize) -> impl Iterator<Item = Option<&mut [T]>> {
     let pieces = column.into_iter().flat_map(move |column| column.chunks_mut(size));
     pieces.map(Some).chain(std::iter::repeat_with(|| None))
 }
 
-/// What rays from `start` on meet.
+/// The output for rays from `start` on.
 pub(crate) struct Chunk<'a> {
     start: usize,
     found: Found<'a>,
 }
 
-/// Of one thread.
+/// Buffers of one thread.
 #[derive(Default)]
 pub(crate) struct Buffers {
     queries: Vec<Query>,
@@ -107,7 +107,7 @@ pub(crate) struct Buffers {
     of_caster: CastBuffers,
 }
 
-/// Rays on their way into a map.
+/// The rays to cast into a map.
 pub(crate) struct Casting<'a> {
     pub(crate) caster: &'a Caster<Store>,
     pub(crate) rays: Rays<'a>,
@@ -115,7 +115,7 @@ pub(crate) struct Casting<'a> {
 }
 
 impl Casting<'_> {
-    /// Fills chunks on all threads of a pool, each of which takes the next as soon as it is done with one.
+    /// Fills chunks on all threads of a pool, each of which takes the next chunk when it is done with one.
     pub(crate) fn cast_in(&self, pool: &ThreadPool, chunks: Vec<Chunk<'_>>) -> Result<(), MapError> {
         let chunks = Mutex::new(chunks.into_iter());
         let next = || chunks.lock().unwrap_or_else(PoisonError::into_inner).next();

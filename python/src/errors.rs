@@ -1,4 +1,4 @@
-//! Errors as the package's exceptions.
+//! Converts errors to the package's exceptions.
 
 use std::fmt;
 
@@ -15,17 +15,17 @@ pub(crate) fn of_package(py: Python<'_>, class: &str, line: &dyn fmt::Display) -
     }
 }
 
-/// A file cannot be read or written as what it was given for.
+/// A file cannot be read or written in the expected format.
 pub(crate) fn input(py: Python<'_>, line: &dyn fmt::Display) -> PyErr {
     of_package(py, "InputError", line)
 }
 
-/// Something else went wrong.
+/// Any other failure.
 pub(crate) fn failed(py: Python<'_>, line: &dyn fmt::Display) -> PyErr {
     of_package(py, "Error", line)
 }
 
-/// An object was used after its end.
+/// The object was used after its end.
 pub(crate) fn is_over(what: &str) -> PyErr {
     PyTypeError::new_err(format!("the {what} is finished"))
 }

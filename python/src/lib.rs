@@ -1,29 +1,32 @@
-//! The core of the Python package `dmp_slam`: the command, logs, maps and tables, with the interpreter let go of meanwhile.
+//! The core of the Python package `dmp_slam`: the command, logs, maps and tables. It releases the interpreter lock
+//! while it works.
 //!
 //! # Brief overview
-//! [`run`](run::run) is every command: arguments in, its output out, with a listener for what it says. What else Python cannot
-//! do fast enough is here too: writing scans of arrays into a log ([`ScanWriter`](scan_writer::ScanWriter)), casting rays
-//! into a map ([`Map`](map::Map)), and handing over tables ([`Table`](table::Table)). What the package offers is written in
-//! Python on top of these, in `dmp_slam`.
+//! [`run`](run::run) runs any command: arguments in, output out, with a listener for its messages. The rest is what
+//! Python cannot do fast enough: writing scans from arrays into a log ([`ScanWriter`](scan_writer::ScanWriter)),
+//! casting rays into a map ([`Map`](map::Map)), and passing on tables ([`Table`](table::Table)). The package's
+//! interface is written in Python on top of these, in `dmp_slam`.
 
 #![expect(clippy::needless_pass_by_value, reason = "functions are handed what Python calls them with")]
 
 mod cast;
+mod columns;
 mod errors;
 mod file_stems;
+mod listened;
 mod map;
 mod options;
 mod run;
 mod scan_writer;
 mod table;
-mod told;
 
 use pyo3::prelude::*;
 
-/// What `dmp_slam` is written on.
+/// The native module of `dmp_slam`.
 #[pymodule]
 fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add_function(wrap_pyfunction!(columns::columns, module)?)?;
     module.add_function(wrap_pyfunction!(file_stems::file_stems, module)?)?;
     module.add_function(wrap_pyfunction!(run::run, module)?)?;
     module.add_function(wrap_pyfunction!(run::check_arguments, module)?)?;

@@ -1,7 +1,7 @@
 //! Maps: their surfels as arrays, and rays cast into them.
 //!
-//! Threads are those of one call. A process that forked has none of the threads of its parent: a pool that is kept, as rayon keeps
-//! one, would be waited for without end.
+//! Threads live for one call only. A forked process has none of its parent's threads: waiting for a kept pool, as rayon
+//! keeps one, would never end.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -22,17 +22,17 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use crate::cast::{Buffers, Casting, Chunk, Found, Rays};
 use crate::errors::{failed, input};
 
-/// Rays that a thread takes at a time.
+/// Rays per chunk of a thread.
 const CHUNK: usize = 1 << 13;
-/// Chunks between two looks whether somebody asks to stop.
+/// Chunks between two checks for interrupts.
 const BLOCK_CHUNKS: usize = 1 << 7;
 
 /// Centres and normals of surfels.
 type Surfels<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f32>>);
-/// The same before they are arrays.
+/// The same before conversion to arrays.
 type CentresAndNormals = (Vec<[f64; 3]>, Vec<[f32; 3]>);
-/// Room for the first crossing of each ray, and where they are asked for for the nearest, the first independent one, and the normal where
-/// the first is.
+/// Arrays for the first crossing of each ray and, if requested, for the nearest one, the first independent one, and the
+/// normal of the first.
 type Crossings<'py> = (
     PyReadwriteArray1<'py, f64>,
     Option<PyReadwriteArray1<'py, f64>>,
@@ -40,7 +40,7 @@ type Crossings<'py> = (
     Option<PyReadwriteArray2<'py, f32>>,
 );
 
-/// A map on disk. Places and directions are those of the frame of the run's trajectory.
+/// A map on disk. Positions and directions are in the frame of the run's trajectory.
 #[pyclass(module = "dmp_slam._core", frozen)]
 pub(crate) struct Map {
     caster: Caster<Store>,
@@ -59,7 +59,7 @@ impl Map {
         let first_only = CastSettings { wanted: Wanted::First, ..CastSettings::default() };
         Ok(Self {
             caster: Caster::sharing(store, CastSettings::default(), &tiles, 0),
-            // The same map, so the same tiles.
+            // The same map, so the tiles are shared.
             first_only: Caster::sharing(again, first_only, &tiles, 0),
             world_from_own,
         })
@@ -76,7 +76,7 @@ impl Map {
         self.caster.map().lattice().voxel_m()
     }
 
-    /// What the map was made of.
+    /// The description of the map's origin.
     #[getter]
     fn origin(&self) -> String {
         self.caster.map().origin().text.clone()
@@ -91,8 +91,8 @@ impl Map {
         Ok((centres.into_pyarray(py), normals.into_pyarray(py)))
     }
 
-    /// Casts rays from origins along directions (N × 3 each) and fills `found`, ranges with metres along them, NaN where nothing is met.
-    /// Without a number of threads there are as many as the machine runs at once.
+    /// Casts rays from origins along directions (N × 3 each) and fills `found` with ranges in metres, NaN for a miss.
+    /// `threads` defaults to the number of cores.
     #[pyo3(signature = (origins, directions, ranges, segments, threads, found))]
     #[expect(clippy::too_many_arguments, reason = "they are those of Python")]
     fn cast<'py>(
@@ -132,7 +132,7 @@ impl Map {
         let mut alone = Buffers::default();
         let mut chunks = found.chunks(CHUNK);
         loop {
-            // Between two blocks is where somebody may ask to stop.
+            // Interrupts are checked between blocks.
             let block: Vec<Chunk<'_>> = chunks.by_ref().take(BLOCK_CHUNKS).collect();
             if block.is_empty() {
                 return Ok(());
@@ -168,7 +168,7 @@ fn array<T: Clone>(rows: Vec<[T; 3]>) -> Result<Array2<T>, numpy::ndarray::Shape
     Array2::from_shape_vec((rows.len(), 3), rows.into_flattened())
 }
 
-/// The rows of an array N × 3 in the order of C.
+/// The rows of an N × 3 array in C order.
 fn rows<'a>(array: &'a PyReadonlyArray2<'_, f64>) -> PyResult<&'a [[f64; 3]]> {
     if array.shape()[1] != 3 {
         return Err(PyValueError::new_err("rays must be N × 3"));
@@ -176,7 +176,7 @@ fn rows<'a>(array: &'a PyReadonlyArray2<'_, f64>) -> PyResult<&'a [[f64; 3]]> {
     Ok(array.as_slice()?.as_chunks().0)
 }
 
-/// Threads for so many rays; `None` where the calling one is enough.
+/// Threads for this many rays; `None` if the calling thread suffices.
 fn pool(threads: Option<usize>, rays: usize) -> Result<Option<ThreadPool>, rayon::ThreadPoolBuildError> {
     let most = threads.or_else(|| thread::available_parallelism().ok().map(usize::from)).unwrap_or(1);
     match most.min(rays.div_ceil(CHUNK)) {

@@ -1,15 +1,15 @@
-//! What options commands have, for keywords of the same names.
+//! The options of commands, for keywords of the same names.
 
 use clap::builder::PossibleValue;
 use clap::{Arg, ArgAction, Command};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 
-/// An option: its name, what its value is called or `None` for a switch, whether its value may be left out, whether it may be
-/// given several times, and what it does.
+/// An option: its name, the name of its value or `None` for a switch, whether its value is optional, whether it is repeatable,
+/// and its help.
 type Described = (String, Option<String>, bool, bool, String);
 
-/// The options of a command, by the words that call it, such as `["truth", "ape"]`.
+/// The options of a command, given by its words, such as `["truth", "ape"]`.
 #[pyfunction]
 pub(crate) fn options(words: Vec<String>) -> PyResult<Vec<Described>> {
     let mut command = dmp_cli::command();
@@ -22,7 +22,8 @@ pub(crate) fn options(words: Vec<String>) -> PyResult<Vec<Described>> {
 }
 
 fn described(argument: &Arg) -> Option<Described> {
-    let name = argument.get_long().filter(|name| !["help", "version"].contains(name))?;
+    let name =
+        argument.get_long().filter(|name| !["help", "version"].contains(name) && !argument.is_hide_set())?;
     let takes_value = argument.get_action().takes_values();
     let range = argument.get_num_args().unwrap_or_default();
     let value = takes_value.then(|| values(argument));
@@ -31,7 +32,7 @@ fn described(argument: &Arg) -> Option<Described> {
     Some((name.to_owned(), value, takes_value && range.min_values() == 0, repeats, help))
 }
 
-/// The words that a value may be, or what it is called.
+/// The words that a value may be, or its name.
 fn values(argument: &Arg) -> String {
     let words = argument.get_possible_values();
     if !words.is_empty() {

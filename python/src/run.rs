@@ -1,4 +1,4 @@
-//! Any command, run in a thread of its own while the calling thread listens for interrupts.
+//! Runs any command in its own thread, while the calling thread checks for interrupts.
 
 use std::ffi::OsString;
 use std::sync::Arc;
@@ -10,29 +10,29 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
 use crate::errors::failed;
-use crate::told::{Shown, Told};
+use crate::listened::{Listened, Shown};
 
-/// How often it is looked whether somebody asks to stop, and how far the work is.
+/// Interval at which interrupts and progress are checked.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
 
-/// What the first thread of a process has, where the command runs otherwise.
+/// The usual stack of a main thread, on which the command otherwise runs.
 const STACK_BYTES: usize = 8 << 20;
 
-/// What became of a command: a word for its end, the line of its error, what it printed.
+/// The outcome of a command: a word for its end, its error line, its output.
 type Ran<'py> = (&'static str, Option<String>, Bound<'py, PyBytes>);
 
 /// Runs a command with these arguments, without the name of the program.
 ///
-/// The listener has the methods `say(line)`, `progress(stage, unit, done, total)` and `is_cancelled()`. What these raise, and an
-/// interrupt, stops the command and is raised when it has ended.
+/// The listener has the methods `say(line)`, `progress(stage, unit, done, total)` and `is_cancelled()`. An exception
+/// from these, or an interrupt, stops the command and is raised when it has ended.
 #[pyfunction]
 pub(crate) fn run<'py>(
     py: Python<'py>,
     arguments: Vec<OsString>,
     listener: &Bound<'py, PyAny>,
 ) -> PyResult<Ran<'py>> {
-    let told = Arc::new(Told::default());
-    let host = Arc::clone(&told);
+    let heard = Arc::new(Listened::default());
+    let host = Arc::clone(&heard);
     let thread = thread::Builder::new().name("dmp".into()).stack_size(STACK_BYTES);
     let work = thread.spawn(move || {
         let end = EndsWhenDropped(&host);
@@ -45,11 +45,11 @@ pub(crate) fn run<'py>(
     let work = work.map_err(|error| failed(py, &format_args!("no thread for the command: {error}")))?;
 
     let (mut shown, mut raised) = (Shown::default(), None);
-    while !py.detach(|| told.wait(LOOK_EVERY)) {
+    while !py.detach(|| heard.wait(LOOK_EVERY)) {
         if raised.is_none()
-            && let Err(error) = py.check_signals().and_then(|()| told.hand_on(listener, &mut shown))
+            && let Err(error) = py.check_signals().and_then(|()| heard.hand_on(listener, &mut shown))
         {
-            told.cancel();
+            heard.cancel();
             raised = Some(error);
         }
     }
@@ -60,13 +60,13 @@ pub(crate) fn run<'py>(
     if let Some(error) = raised {
         return Err(error);
     }
-    told.hand_on(listener, &mut shown)?;
+    heard.hand_on(listener, &mut shown)?;
     let (end, line) = in_words(done);
     Ok((end, line, PyBytes::new(py, &out)))
 }
 
-/// Tells that the command is over, also where it panics.
-struct EndsWhenDropped<'a>(&'a Told);
+/// Marks the command as ended, even on a panic.
+struct EndsWhenDropped<'a>(&'a Listened);
 
 impl Drop for EndsWhenDropped<'_> {
     fn drop(&mut self) {
@@ -74,8 +74,7 @@ impl Drop for EndsWhenDropped<'_> {
     }
 }
 
-/// Whether the parser understands these arguments, before work is done for them: `None`, or a word for what is at fault and the
-/// line of the error.
+/// Parses these arguments before work is done for them: returns `None`, or a word for the kind of error and its line.
 #[pyfunction]
 pub(crate) fn check_arguments(arguments: Vec<OsString>) -> Option<(&'static str, String)> {
     let failure = dmp_cli::check(std::iter::once("dmp".into()).chain(arguments)).err()?;
@@ -100,7 +99,7 @@ fn word(kind: FailureKind) -> &'static str {
     }
 }
 
-/// The command itself, with the process to itself: prints, draws, and ends where it is interrupted. Returns its exit code.
+/// Runs the command as the whole process: it prints, draws, and ends on interrupts. Returns its exit code.
 #[pyfunction]
 pub(crate) fn main(py: Python<'_>, arguments: Vec<OsString>) -> u8 {
     py.detach(|| dmp_cli::run_process(std::iter::once("dmp".into()).chain(arguments)) as u8)

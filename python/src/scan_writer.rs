@@ -1,4 +1,4 @@
-//! Scans of arrays, written one by one into a log.
+//! Writes scans from arrays, one by one, into a log.
 
 use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
@@ -11,13 +11,13 @@ use pyo3::prelude::*;
 
 use crate::errors::{failed, input, is_over};
 
-/// Writes scans as PointCloud2 into an MCAP file, which is there when it is finished.
+/// Writes scans as PointCloud2 into an MCAP file, which appears when it is finished.
 #[pyclass(module = "dmp_slam._core")]
 #[derive(Debug)]
 pub(crate) struct ScanWriter {
-    /// Behind a lock, since what packs it may not be shared by threads.
+    /// Behind a lock, since the compressor must not be shared by threads.
     writer: Mutex<Option<Box<McapScanWriter>>>,
-    /// Its lists are used again.
+    /// Reused for its memory.
     scan: Scan,
 }
 
@@ -25,19 +25,19 @@ pub(crate) struct ScanWriter {
 impl ScanWriter {
     #[new]
     fn new(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
-        // It is read soon, by the same machine, and then removed.
+        // The file is read soon, on the same machine, and then removed.
         let options = McapWriterOptions {
             compression: McapCompression::Lz4,
-            // Stamps stay what they are, for poses that have those of their scans.
+            // Keeps negative stamps, for poses that have the scans' stamps.
             signed_times: true,
             ..McapWriterOptions::default()
         };
-        let writer = McapScanWriter::create(&path, &options).map_err(|error| told(py, &error))?;
+        let writer = McapScanWriter::create(&path, &options).map_err(|error| failed_to_write(py, &error))?;
         Ok(Self { writer: Mutex::new(Some(Box::new(writer))), scan: Scan::default() })
     }
 
-    /// Appends a scan: points in metres in the sensor's frame (N × 3), nanoseconds of each after the stamp or `None`, and the stamp
-    /// in nanoseconds.
+    /// Appends a scan: points in metres in the sensor's frame (N × 3), nanoseconds of each after the stamp or `None`,
+    /// and the stamp in nanoseconds.
     #[pyo3(signature = (points, offsets_ns, stamp_ns))]
     fn write(
         &mut self,
@@ -59,24 +59,24 @@ impl ScanWriter {
         if let Some(offsets_ns) = &offsets_ns {
             scan.time_offsets_ns.extend(offsets_ns.as_array());
         }
-        py.detach(|| writer.write_scan(scan)).map_err(|error| told(py, &error))
+        py.detach(|| writer.write_scan(scan)).map_err(|error| failed_to_write(py, &error))
     }
 
-    /// The log is whole.
+    /// Completes the log.
     fn finish(&mut self, py: Python<'_>) -> PyResult<()> {
         let writer = self.writer.get_mut().unwrap_or_else(PoisonError::into_inner);
         let writer = writer.take().ok_or_else(|| is_over("log"))?;
-        py.detach(|| writer.finish()).map_err(|error| told(py, &error))
+        py.detach(|| writer.finish()).map_err(|error| failed_to_write(py, &error))
     }
 
-    /// The log will never be whole: what was written of it goes.
+    /// Removes the incomplete log.
     fn abandon(&mut self, py: Python<'_>) {
         let writer = self.writer.get_mut().unwrap_or_else(PoisonError::into_inner).take();
         py.detach(|| drop(writer));
     }
 }
 
-/// A full disk is no fault of the scans.
-fn told(py: Python<'_>, error: &LogError) -> PyErr {
+/// A full disk is not an error of the scans.
+fn failed_to_write(py: Python<'_>, error: &LogError) -> PyErr {
     if error.is_of_writing() { failed(py, error) } else { input(py, error) }
 }

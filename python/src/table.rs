@@ -1,4 +1,4 @@
-//! Tables by the C interface of Arrow, which pandas, polars, pyarrow and others take.
+//! Tables in Arrow's C interface, which pandas, polars, pyarrow and others accept.
 
 use std::ffi::CStr;
 use std::sync::Arc;
@@ -12,17 +12,18 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyCapsule;
 
-/// The name that the interface gives a stream.
+/// The name of a stream in the interface.
 const STREAM: &CStr = c"arrow_array_stream";
 
-/// A table with named columns, of `__arrow_c_stream__`.
+/// A table with named columns, exported by `__arrow_c_stream__`.
 #[pyclass(module = "dmp_slam._core", frozen)]
 #[derive(Debug)]
 pub(crate) struct Table(RecordBatch);
 
 #[pymethods]
 impl Table {
-    /// Columns, each a name, what it holds (`float`, `int`, `bool` or `str`) and a list of values, `None` where there is none.
+    /// Columns, each with a name, a type (`float`, `int`, `bool` or `str`) and a list of values, `None` for missing
+    /// ones.
     #[new]
     fn new(columns: Vec<(String, String, Bound<'_, PyAny>)>) -> PyResult<Self> {
         let made = columns.iter().map(|(name, kind, values)| {
@@ -48,7 +49,7 @@ impl Table {
         format!("<table of {} rows: {}>", self.0.num_rows(), self.column_names().join(", "))
     }
 
-    /// A stream of record batches. Whoever takes it may cast: another schema is not made here.
+    /// A stream of record batches. The consumer may cast: no other schema is produced here.
     #[pyo3(signature = (requested_schema=None))]
     fn __arrow_c_stream__<'py>(
         &self,

@@ -19,7 +19,7 @@ assert {"dmp-slam", "dmp-cast", "dmp-cli", "dmp-python"} <= crates, f"there are 
 folders = [Path(package["manifest_path"]).parent.relative_to(root.resolve()) for package in metadata["packages"]]
 files = [file for folder in folders for file in (repository / folder / "src").rglob("*") if file.is_file()]
 sources = [file.relative_to(repository) for file in files]
-assert len(sources) > 500, f"only {len(sources)} sources"
+assert len(sources) > 300, f"only {len(sources)} sources"
 other = [file for file in sources if (root / file).read_bytes() != (repository / file).read_bytes()]
 assert not other, f"not as in the repository: {other}"
 print(f"{len(crates)} crates, {len(sources)} sources", file=sys.stderr)

@@ -175,7 +175,7 @@ def test_rays_tell_the_normal_where_they_meet_the_first(built):
     assert nothing.normals.shape == (0, 3) and built.cast(np.zeros((0, 3)), np.zeros((0, 3))).normals is None
 
 
-def test_wrong_rays_are_told_in_a_line(built, tmp_path):
+def test_wrong_rays_fail_with_one_line(built, tmp_path):
     with pytest.raises(dmp.InputError, match="origins: N × 3 numbers are needed, not 2 × 2"):
         built.cast([[0, 0], [1, 1]], [[0, 0, 1]])
     with pytest.raises(dmp.InputError, match="ranges: 1 numbers are needed"):

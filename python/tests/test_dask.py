@@ -143,9 +143,9 @@ def test_a_job_goes_on_from_what_is_there(client, town, two, few, tmp_path, capl
     (tmp_path / "work" / "cast-2-of-3.part").unlink()
     with caplog.at_level(logging.INFO, logger="dmp_slam"):
         assert compared(dmp.dask.score(town, two, **given)) == few
-    told = [record.message for record in caplog.records]
-    assert any(line.startswith("fuse: 3 parts, 3 of them done before") for line in told)
-    assert any(line.startswith("cast: 3 parts, 2 of them done before") for line in told)
+    heard = [record.message for record in caplog.records]
+    assert any(line.startswith("fuse: 3 parts, 3 of them done before") for line in heard)
+    assert any(line.startswith("cast: 3 parts, 2 of them done before") for line in heard)
     with pytest.raises(dmp.UsageError, match="it holds another plan, .*: name another folder"):
         dmp.dask.score(town, two, voxel=0.4, retries=0, **given)
 
@@ -341,7 +341,7 @@ def test_a_cache_lets_go_of_what_was_used_least_recently(tmp_path):
     assert cache.held == 0 and [file for file in (tmp_path / "cache").rglob("*") if file.is_file()] == []
 
 
-def test_what_is_not_there_is_told(client, town, two, tmp_path, bucket):
+def test_what_is_not_there_is_reported(client, town, two, tmp_path, bucket):
     with pytest.raises(dmp.UsageError, match="s3://drives/none.mcap: it is not there"):
         given = {"client": client, "work": tmp_path, "storage_options": bucket.options, "retries": 0, **FEW}
         dmp.dask.score("s3://drives/none.mcap", two, **given)
@@ -355,7 +355,7 @@ def test_what_is_not_there_is_told(client, town, two, tmp_path, bucket):
     assert said == "dmp_slam.dask needs dask and fsspec: pip install 'dmp-slam[dask]'\n"
 
 
-def test_a_disk_that_is_full_is_told_and_the_job_goes_on_from_there(client, town, two, few, tmp_path):
+def test_a_disk_that_is_full_is_reported_and_the_job_resumes(client, town, two, few, tmp_path):
     given = {"client": client, "work": tmp_path / "work", "parts": 2, "retries": 0, **FEW}
     with hooked(client, Full("fuse", most_bytes=10_000)):
         with pytest.raises(dmp.Error, match=f"{tmp_path}/work/.*cannot write") as raised:
@@ -365,7 +365,7 @@ def test_a_disk_that_is_full_is_told_and_the_job_goes_on_from_there(client, town
     assert compared(dmp.dask.score(town, two, **given)) == few
 
 
-def test_a_cache_on_a_disk_that_is_full_is_told(client, bucket, few):
+def test_a_cache_on_a_disk_that_is_full_is_reported(client, bucket, few):
     given = {"client": client, "parts": 4, "retries": 0}
     # The worker that plans has no room for the log of a part behind that.
     with hooked(client, Full("plan", most_bytes=300_000, is_kept=True)):

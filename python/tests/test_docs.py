@@ -37,14 +37,14 @@ def test_help_tells_every_keyword():
     assert all(f"\n    {keyword}=" in parts for keyword in ("voxel", "memory", "fail_above"))
     assert not any(f"\n    {keyword}=" in parts for keyword in ("work", "output", "report", "scene", "view", "cores"))
     for function in (dmp.Map.build, dmp.truth.rpe, dmp.simulate.errors, dmp.convert.log):
-        told = inspect.getdoc(function)
-        assert "\nKeywords:\n    " in told and "\n    output=" not in told
+        heard = inspect.getdoc(function)
+        assert "\nKeywords:\n    " in heard and "\n    output=" not in heard
 
 
 def test_the_columns_of_tables_are_documented(result):
-    told = (Path(__file__).parents[2] / "docs" / "python.md").read_text(encoding="utf-8")
+    heard = (Path(__file__).parents[2] / "docs" / "python.md").read_text(encoding="utf-8")
     for name, table in (("runs", result.runs), ("pairs", result.pairs)):
-        rows = told.split(f"Columns of `{name}`")[1].split("\n\n")[1].splitlines()[2:]
+        rows = heard.split(f"Columns of `{name}`")[1].split("\n\n")[1].splitlines()[2:]
         documented = [column for row in rows for column in re.findall(r"`(\w+)`", row.split("|")[1])]
         cuts = re.compile(r"(r_cv|r_near)_[\d.]+_(m2?)$")
         first_cuts = [column for column in table.column_names if not cuts.match(column) or column in documented]

@@ -81,8 +81,8 @@ def test_trajectories_are_those_that_were_scored(kept, town, runs, tmp_path):
     settings = {"residuals": True, "every": 20, "progress": False}
     stamped = tmp_path / "run"
     stamped.write_bytes(runs["drift"].read_bytes())
-    told = dmp.score(town, {"mine": stamped}, trajectory_format="tum", **settings)
-    np.testing.assert_array_equal(told._kept.trajectory("mine"), places)
+    heard = dmp.score(town, {"mine": stamped}, trajectory_format="tum", **settings)
+    np.testing.assert_array_equal(heard._kept.trajectory("mine"), places)
     mended = dmp.score(town, {"mine": runs["drift"]}, mend=True, **settings)
     assert mended._kept.trajectory("mine") is None
 
@@ -154,7 +154,7 @@ def test_views(kept, tmp_path):
             assert f"/{name}/{what}" in printed, (name, what)
 
 
-def test_what_is_not_installed_is_told(kept):
+def test_what_is_not_installed_is_reported(kept):
     code = (
         "import sys, pickle; sys.modules['matplotlib'] = sys.modules['rerun'] = None\n"
         "import dmp_slam as dmp; result = pickle.loads(sys.stdin.buffer.read())\n"

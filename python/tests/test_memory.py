@@ -86,7 +86,7 @@ def spoiled(array, *index):
     return array
 
 
-def test_wrong_poses_are_told_in_a_line(town, poses, temporary):
+def test_wrong_poses_fail_with_one_line(town, poses, temporary):
     matrices, stamps = poses
     for run, line in [
         (matrices[0], "poses are N × 4 × 4 or N × 3 × 4, not 4 × 4"),
@@ -217,7 +217,7 @@ def test_datasets_of_evalio_are_read():
     assert np.asarray(scan.points).tolist() == [[1, 2, 3], [4, 5, 6]]
 
 
-def test_wrong_scans_are_told_in_a_line(scans, runs, temporary):
+def test_wrong_scans_fail_with_one_line(scans, runs, temporary):
     _, found = scans
     good = found[0]
     count = len(good.points)

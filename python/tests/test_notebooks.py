@@ -16,7 +16,7 @@ def test_it_runs(notebook, tmp_path):
     cells = nbformat.read(notebook, as_version=4)
     assert all(not cell.get("outputs") for cell in cells.cells), "kept without outputs"
     nbclient.NotebookClient(cells, timeout=600, resources={"metadata": {"path": str(tmp_path)}}).execute()
-    # The last cell tells something.
+    # The last cell prints something.
     assert any(output["output_type"] != "error" for output in cells.cells[-1]["outputs"])
 
 

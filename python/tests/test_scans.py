@@ -163,20 +163,20 @@ def test_an_error_that_is_kept_keeps_no_file(tmp_path):
 
 def test_an_event_stops_the_taking_of_scans(scans, runs, temporary):
     _, found = scans
-    event, told = threading.Event(), []
+    event, heard = threading.Event(), []
 
     def endless():
         while True:
             yield from found
 
     def progress(*step):
-        told.append(step)
+        heard.append(step)
         if step[2] == 7:
             event.set()
 
     with pytest.raises(dmp.Cancelled, match="stopped before the end"):
         dmp.score(endless(), {"truth": runs["truth"]}, progress=progress, cancel=event)
-    assert told[-1] == ("taking scans", "scans", 7, None)
+    assert heard[-1] == ("taking scans", "scans", 7, None)
     with pytest.raises(dmp.Cancelled):
         dmp.score((pytest.fail("it is cancelled") for _ in [0]), {"truth": runs["truth"]}, cancel=event)
     assert list(temporary.iterdir()) == []

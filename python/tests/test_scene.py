@@ -68,7 +68,7 @@ def test_messages_are_those_of_ros_2(scored, messages):
     scans = scored.data["sampling"]["frames_scored"]
     for name in NAMES:
         for what, kind in TYPES.items():
-            assert {told for told, _ in messages[f"/{name}/{what}"]} == {kind}
+            assert {heard for heard, _ in messages[f"/{name}/{what}"]} == {kind}
         returns = [cloud(message) for _, message in messages[f"/{name}/returns"]]
         assert len(returns) == len(messages[f"/{name}/pose"]) == scans
         assert sum(map(len, returns)) == scored.data["runs"][0]["returns"]
@@ -79,8 +79,8 @@ def test_messages_are_those_of_ros_2(scored, messages):
         ((_, labels),) = messages[f"/{name}/labels"]
         ((_, places),) = messages[f"/{name}/places"]
         assert [marker.text.startswith(f"{name} place ") for marker in labels.markers] == [True] * places.width
-    told = messages["/worst_places"]
-    assert {message.level for _, message in told} == {30} and {message.name for _, message in told} == set(NAMES)
+    heard = messages["/worst_places"]
+    assert {message.level for _, message in heard} == {30} and {message.name for _, message in heard} == set(NAMES)
 
 
 def test_a_map_has_its_surfels_with_colours_and_residuals(scored, messages):
@@ -139,16 +139,16 @@ def test_rerun_loads_all_of_it(scene, messages):
 def test_the_command_of_rerun_converts_it(scene, tmp_path):
     recording = tmp_path / "scene.rrd"
     convert = [sys.executable, "-m", "rerun", "mcap", "convert", str(scene), "-o", str(recording)]
-    told = subprocess.run(convert, capture_output=True, text=True, check=True).stderr
+    heard = subprocess.run(convert, capture_output=True, text=True, check=True).stderr
     assert recording.stat().st_size > scene.stat().st_size / 4
-    assert " ERROR " not in told, told
+    assert " ERROR " not in heard, heard
 
 
 def test_the_shipped_views_for_rerun(scene, tmp_path):
     views = tmp_path / "scene.rrd"
     script = [sys.executable, str(VIEWERS / "rerun_blueprint.py"), str(scene), "--save", str(views)]
-    told = subprocess.run(script, capture_output=True, text=True, check=True)
-    assert "rror" not in told.stderr, told.stderr
+    heard = subprocess.run(script, capture_output=True, text=True, check=True)
+    assert "rror" not in heard.stderr, heard.stderr
     said = subprocess.run(
         [sys.executable, "-m", "rerun", "rrd", "stats", str(views)], capture_output=True, text=True, check=True
     ).stdout

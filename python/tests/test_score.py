@@ -180,12 +180,12 @@ def test_memory_of_the_interpreter_is_no_fault_of_the_command(town, runs):
     assert "scored for 1 run" in said and "memory" not in said
 
 
-def test_progress_is_told(town, runs):
-    told = []
-    dmp.score(town, {"truth": runs["truth"]}, progress=lambda *step: told.append(step))
-    stages = {stage for stage, _, _, _ in told}
+def test_progress_is_reported(town, runs):
+    heard = []
+    dmp.score(town, {"truth": runs["truth"]}, progress=lambda *step: heard.append(step))
+    stages = {stage for stage, _, _, _ in heard}
     assert "casting rays" in stages
-    assert all(done <= total for _, _, done, total in told if total is not None)
+    assert all(done <= total for _, _, done, total in heard if total is not None)
 
 
 def test_a_bar_is_drawn_without_tqdm(town, runs, capsys):

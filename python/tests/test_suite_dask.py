@@ -53,7 +53,7 @@ def only(suite):
     return one
 
 
-def told(text: str) -> dict[str, Any]:
+def comparable(text: str) -> dict[str, Any]:
     """What a suite says, but for where its results are."""
     found: dict[str, Any] = json.loads(text)
     for log in found["logs"]:
@@ -72,7 +72,7 @@ def results(cache: Path) -> dict[str, Any]:
 
 
 def on(client: Any, suite: Path, program: Any = None, **environment: str) -> subprocess.Popen[str]:
-    """The command, begun; without a program that of Cargo, which is told of a Python."""
+    """The command, begun; without a program that of Cargo, which gets a Python by its environment."""
     words = [program or os.environ["DMP_COMMAND"], "suite", suite, "--json", "--dask", client.scheduler.address]
     env = {**os.environ, **({} if program else {"DMP_PYTHON": sys.executable}), **environment}
     return subprocess.Popen(words, env=env, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
@@ -81,23 +81,23 @@ def on(client: Any, suite: Path, program: Any = None, **environment: str) -> sub
 def test_a_suite_on_a_cluster_is_that_of_one_machine(client, suite, tmp_path, temporary):
     here = dmp.suite(suite, cache=tmp_path / "here", progress=False)
     there = dmp.suite(suite, cache=tmp_path / "there", client=client, progress=False)
-    assert told(there.to_json()) == told(here.to_json())
+    assert comparable(there.to_json()) == comparable(here.to_json())
     assert here.is_damaged and there.is_damaged
     problems = {log["name"]: log["problem"] for log in there.data["logs"]}
     assert problems["garbage"].startswith("garbage.mcap: ") and problems["alone"] == "only new has a run on it"
     expected = results(tmp_path / "here")
     assert len(expected) == 3 and results(tmp_path / "there") == expected
     assert list(temporary.iterdir()) == [] and not any(client.run(left).values())
-    # By the command, which tells what becomes of each log.
+    # By the command, which reports each log.
     running = on(client, suite)
     printed, said = running.communicate()
-    assert running.returncode == 3 and told(printed) == told(here.to_json())
+    assert running.returncode == 3 and comparable(printed) == comparable(here.to_json())
     assert results(tmp_path / ".dmp-suite") == expected
     assert "garbage (4 of 5): not scored: garbage.mcap: " in said and "a: fuse: " in said
     # Only what failed is tried again, here as there.
     listed = json.loads(dmp_list(suite, tmp_path / "there"))
     assert [log["name"] for log in listed["logs"]] == ["garbage"]
-    assert told(dmp.suite(suite, cache=tmp_path / "there", progress=False).to_json()) == told(here.to_json())
+    assert comparable(dmp.suite(suite, cache=tmp_path / "there", progress=False).to_json()) == comparable(here.to_json())
 
 
 def dmp_list(suite: Path, cache: Path) -> str:
@@ -110,7 +110,7 @@ def test_a_worker_that_dies_is_no_loss(client, only, tmp_path):
     here = dmp.suite(suite, cache=tmp_path / "here", progress=False)
     with hooked(client, Killer("cast", tmp_path / "died")):
         there = dmp.suite(suite, cache=tmp_path / "there", client=client, cluster={"parts": 3}, progress=False)
-    assert (tmp_path / "died").exists() and told(there.to_json()) == told(here.to_json())
+    assert (tmp_path / "died").exists() and comparable(there.to_json()) == comparable(here.to_json())
     assert results(tmp_path / "there") == results(tmp_path / "here")
 
 
@@ -161,7 +161,7 @@ def test_a_suite_that_is_stopped_leaves_nothing_running(client, only, tmp_path, 
     assert results(tmp_path / ".dmp-suite") == {}
 
 
-def test_what_keeps_a_cluster_from_it_is_told(client, only, tmp_path):
+def test_what_keeps_a_cluster_from_it_is_reported(client, only, tmp_path):
     suite = only("a")
     bare = tmp_path / "python"
     bare.write_text(f'#!/bin/sh\nexec {sys.executable} -S "$@"\n')

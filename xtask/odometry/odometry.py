@@ -1,7 +1,7 @@
-"""Runs KISS-ICP on an exported drive: odometry.py FOLDER OUT.tum --config default|rigid|coarse
+"""Runs KISS-ICP on an exported drive: odometry.py FOLDER OUT.tum --config default|coarse
 
 FOLDER is what `cargo xtask study export` writes: scans/NNNNNN.bin (float32 x, y, z, intensity), times.txt (seconds)
-and times/NNNNNN.f32 (float32 seconds after the stamp). Beside it, FOLDER.truth.tum tells how wrong the run is.
+and times/NNNNNN.f32 (float32 seconds after the stamp). FOLDER.truth.tum has the truth.
 """
 
 import argparse
@@ -20,10 +20,6 @@ def configured(name):
     # More threads would add the same numbers in another order.
     config.registration.max_num_threads = 1
     if name == "default":
-        return config, 1
-    if name == "rigid":
-        # The same, but sweeps are taken as rigid.
-        config.data.deskew = False
         return config, 1
     # What a hurried user gets: sweeps taken as rigid, large voxels, few returns, none from far away.
     config.data.deskew = False
@@ -63,7 +59,7 @@ def ate(poses, stamps, truth):
 
 
 def turn_error(poses, stamps, truth, scans=10):
-    """RMSE of the turns over that many scans, radians: nearly free of drift, it tells which instant is meant."""
+    """RMSE of the turns over that many scans, radians: nearly free of drift, so it shows which instant is meant."""
     ours = np.unwrap([np.arctan2(pose[1, 0], pose[0, 0]) for pose in poses])
     theirs = at_stamps(truth, stamps)[:, 3]
     wrong = (ours[scans:] - ours[:-scans]) - (theirs[scans:] - theirs[:-scans])
@@ -90,7 +86,7 @@ def main():
     arguments = argparse.ArgumentParser(description=__doc__)
     arguments.add_argument("folder", type=Path)
     arguments.add_argument("output", type=Path)
-    arguments.add_argument("--config", choices=["default", "rigid", "coarse"], default="default")
+    arguments.add_argument("--config", choices=["default", "coarse"], default="default")
     given = arguments.parse_args()
     poses, starts_ns, lengths = run(given.folder, given.config)
     truth = read_tum(given.folder.with_suffix(".truth.tum"))

@@ -66,8 +66,8 @@ pub(crate) fn run(arguments: &DistArgs) -> anyhow::Result<()> {
 /// What a program prints.
 fn printed(program: &Path, arguments: &[&str]) -> anyhow::Result<Vec<u8>> {
     let output = Command::new(program).args(arguments).output()?;
-    let told = String::from_utf8_lossy(&output.stderr);
-    ensure!(output.status.success(), "{} {}: {}", program.display(), arguments.join(" "), told.trim());
+    let errors = String::from_utf8_lossy(&output.stderr);
+    ensure!(output.status.success(), "{} {}: {}", program.display(), arguments.join(" "), errors.trim());
     Ok(output.stdout)
 }
 

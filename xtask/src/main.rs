@@ -2,7 +2,6 @@
 
 mod attack;
 mod bench;
-mod cli_docs;
 mod dist;
 mod faults;
 mod licences;
@@ -25,7 +24,6 @@ enum Task {
     Attack(attack::AttackArgs),
     #[command(subcommand)]
     Bench(bench::Bench),
-    CliDocs(cli_docs::CliDocsArgs),
     Dist(dist::DistArgs),
     Faults(faults::FaultsArgs),
     Licences(licences::LicencesArgs),
@@ -40,7 +38,6 @@ fn main() -> ExitCode {
     let done = match Task::parse() {
         Task::Attack(arguments) => attack::run(&arguments),
         Task::Bench(bench) => bench::run(&bench),
-        Task::CliDocs(arguments) => cli_docs::run(&arguments),
         Task::Dist(arguments) => dist::run(&arguments),
         Task::Faults(arguments) => faults::run(&arguments),
         Task::Licences(arguments) => licences::run(&arguments),

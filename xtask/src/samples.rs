@@ -32,10 +32,10 @@ const RUNS: [&str; 4] = ["truth", "drift", "noise", "collapsed"];
 /// All of it may have this many bytes: it is part of every clone of the repository.
 const MOST_BYTES: u64 = 3_000_000;
 
-/// Make the sample data in `data-samples/` anew
+/// Make the sample data in `data-samples/`
 #[derive(Debug, Args)]
 pub(crate) struct SamplesArgs {
-    /// Only compare: fail where the samples are not, bit for bit, what the command makes today
+    /// Only compare: fail where a sample differs in a bit from what the command makes
     #[arg(long)]
     check: bool,
 }
@@ -74,7 +74,7 @@ fn make(folder: &Path) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The report of the samples as JSON, without what tells of this machine, this folder or this version.
+/// The report of the samples as JSON, without fields of this machine, folder or version.
 fn score(folder: &Path) -> anyhow::Result<String> {
     let log = open_log(&folder.join("town.mcap"), &LogOptions::default())?;
     let run = |name: &str| -> anyhow::Result<Run> {

@@ -1,13 +1,12 @@
-// The referee: exact ranges. Embree proposes the discs whose boxes, enlarged by 1 mm, a ray meets; every
-// crossing is computed in f64 from the numbers of the files.
+// Exact ranges. Embree proposes the discs whose boxes, enlarged by 1 mm, a ray meets; every crossing is computed in f64
+// from the numbers of the files.
 //
-//   check SURFELS RAYS OUT [--support FILE --segments FILE] [--window M] [--reach N] [--f64]
+//   check SURFELS RAYS OUT --support FILE --segments FILE [--brute N]
 //
-// Writes OUT.first, OUT.nearest (nearest to the measured range, within --window, 5 m) and, with support and
-// segments, OUT.independent (first of the surfels that owe nothing to the ray's segment and --reach, 1,
-// segments to either side): one f32 a ray, NaN for a miss; with --f64, one f64 a ray in OUT.first64 and so on.
-// A crossing counts where |n·d| >= 0.01, at or in front of the origin, within the radius. `--brute N` checks
-// the first N rays, spread over the file, against all surfels without any tree.
+// Writes OUT.first, OUT.nearest (nearest to the measured range, within 5 m) and OUT.independent (first of the surfels that owe
+// nothing to the ray's segment and one segment to either side): one f64 a ray, NaN for a miss. A crossing counts where
+// |n·d| >= 0.01, at or in front of the origin, within the radius. `--brute N` compares N rays, spread over the file, with all
+// surfels without a tree.
 
 #include "work.hpp"
 
@@ -16,7 +15,8 @@
 
 namespace {
 
-constexpr double MIN_COSINE = 0.01, MARGIN_M = 1e-3;
+constexpr double MIN_COSINE = 0.01, MARGIN_M = 1e-3, WINDOW_M = 5.0;
+constexpr std::int64_t REACH = 1;
 constexpr double NO_RANGE = std::numeric_limits<double>::quiet_NaN();
 enum Answer { FIRST, NEAREST, INDEPENDENT };
 constexpr const char* NAMES[] = {"first", "nearest", "independent"};
@@ -26,8 +26,6 @@ struct Work {
     std::vector<Ray> rays;
     std::vector<Support> support;
     std::vector<std::int32_t> segments;
-    double window_m = 5.0;
-    std::int64_t reach = 1;
 };
 
 // Where the ray crosses the disc, metres; NaN where it does not.
@@ -61,7 +59,7 @@ struct Search {
     void look_at(std::size_t surfel) {
         if (answer == INDEPENDENT) {
             const Support& seen = work->support[surfel];
-            if (!(seen.third_lowest < segment - work->reach || seen.third_highest > segment + work->reach)) return;
+            if (!(seen.third_lowest < segment - REACH || seen.third_highest > segment + REACH)) return;
         }
         const double t_m = crossing_m(work->surfels[surfel], *ray);
         if (std::isnan(t_m)) return;
@@ -69,14 +67,14 @@ struct Search {
             const double off_m = std::abs(t_m - ray->measured);
             const double best_off_m = std::abs(best_m - ray->measured);
             // Of two as near, the nearer to the sensor.
-            if (off_m <= work->window_m && !(off_m > best_off_m) && !(off_m == best_off_m && t_m > best_m)) best_m = t_m;
+            if (off_m <= WINDOW_M && !(off_m > best_off_m) && !(off_m == best_off_m && t_m > best_m)) best_m = t_m;
         } else if (!(t_m >= best_m)) {
             best_m = t_m;
         }
     }
     double end_m() const {
         if (answer != NEAREST) return std::isnan(best_m) ? std::numeric_limits<double>::infinity() : best_m;
-        return ray->measured + (std::isnan(best_m) ? work->window_m : std::abs(best_m - ray->measured));
+        return ray->measured + (std::isnan(best_m) ? WINDOW_M : std::abs(best_m - ray->measured));
     }
 };
 
@@ -114,7 +112,7 @@ double range_m(RTCScene scene, const Work& work, std::size_t index, Answer answe
     RTCRayHit query{};
     query.ray.org_x = ray.origin[0], query.ray.org_y = ray.origin[1], query.ray.org_z = ray.origin[2];
     query.ray.dir_x = ray.direction[0], query.ray.dir_y = ray.direction[1], query.ray.dir_z = ray.direction[2];
-    query.ray.tnear = answer == NEAREST ? std::max(0.0f, float(ray.measured - work.window_m - MARGIN_M)) : 0.0f;
+    query.ray.tnear = answer == NEAREST ? std::max(0.0f, float(ray.measured - WINDOW_M - MARGIN_M)) : 0.0f;
     query.ray.tfar = float(search.end_m() + MARGIN_M);
     query.ray.mask = ~0u, query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
     rtcIntersect1(scene, &search.context, &query);
@@ -142,22 +140,14 @@ void run(int count, char** words) {
     work.surfels = read_records<Surfel>(options.file("surfels"));
     work.rays = read_records<Ray>(options.file("rays"));
     const std::string out = options.file("name for the ranges");
-    const std::string support = options.value("--support", ""), segments = options.value("--segments", "");
-    work.window_m = std::stod(options.value("--window", "5"));
-    work.reach = std::stol(options.value("--reach", "1"));
+    work.support = read_records<Support>(options.value("--support", ""));
+    work.segments = read_records<std::int32_t>(options.value("--segments", ""));
     const auto brute = static_cast<std::size_t>(std::stoul(options.value("--brute", "0")));
-    const bool wide = options.is_set("--f64");
     options.done();
-    if (support.empty() != segments.empty()) throw std::runtime_error("--support and --segments belong together");
-    if (!support.empty()) {
-        work.support = read_records<Support>(support);
-        work.segments = read_records<std::int32_t>(segments);
-        if (work.support.size() != work.surfels.size() || work.segments.size() != work.rays.size())
-            throw std::runtime_error("support or segments are not as many as surfels and rays");
-    }
+    if (work.support.size() != work.surfels.size() || work.segments.size() != work.rays.size())
+        throw std::runtime_error("support or segments are not as many as surfels and rays");
     RTCScene scene = build(open_device("set_affinity=0"), work);
     for (const Answer answer : {FIRST, NEAREST, INDEPENDENT}) {
-        if (answer == INDEPENDENT && support.empty()) continue;
         std::vector<double> ranges_m(work.rays.size());
         std::size_t misses = 0;
         for (std::size_t k = 0; k < ranges_m.size(); ++k) {
@@ -165,8 +155,7 @@ void run(int count, char** words) {
             misses += std::isnan(ranges_m[k]) ? 1 : 0;
         }
         const std::string path = out + "." + NAMES[answer];
-        write_numbers(path, std::vector<float>(ranges_m.begin(), ranges_m.end()));
-        if (wide) write_numbers(path + "64", ranges_m);
+        write_numbers(path, ranges_m);
         std::printf("%s: %zu rays, %zu misses\n", NAMES[answer], ranges_m.size(), misses);
         for (std::size_t n = 0; n < std::min(brute, ranges_m.size()); ++n) {
             const std::size_t k = n * ranges_m.size() / std::min(brute, ranges_m.size());

@@ -58,15 +58,15 @@ inline RTCDevice open_device(const std::string& config) {
     RTCDevice device = rtcNewDevice(config.c_str());
     if (device == nullptr)
         throw std::runtime_error("Embree: no device, error " + std::to_string(rtcGetDeviceError(nullptr)));
-    const auto told = [](void*, RTCError code, const char* text) {
+    const auto report = [](void*, RTCError code, const char* text) {
         std::fprintf(stderr, "error: Embree %d: %s\n", static_cast<int>(code), text);
         std::exit(1);
     };
-    rtcSetDeviceErrorFunction(device, told, nullptr);
+    rtcSetDeviceErrorFunction(device, report, nullptr);
     return device;
 }
 
-// Options as `--name VALUE` after the files; a name alone is a switch.
+// Options as `--name VALUE` after the files.
 class Options {
 public:
     Options(int count, char** words) : words_(words + 1, words + count) {}
@@ -87,14 +87,6 @@ public:
             return found;
         }
         return otherwise;
-    }
-    bool is_set(const std::string& name) {
-        for (std::size_t k = 0; k < words_.size(); ++k) {
-            if (words_[k] != name) continue;
-            words_.erase(words_.begin() + static_cast<std::ptrdiff_t>(k));
-            return true;
-        }
-        return false;
     }
     void done() const {
         if (!words_.empty()) throw std::runtime_error(words_.front() + ": unknown option");

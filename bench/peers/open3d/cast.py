@@ -1,17 +1,14 @@
 """Open3D's RaycastingScene on the work files: surfels as regular octagons, one thread.
 
-    cast.py SURFELS RAYS [--reps N] [--ranges OUT] [--serve]
+    cast.py SURFELS RAYS
 
-Open3D casts triangles only, without a bound on the range: each disc becomes the regular octagon of the same
-area, a fan of six triangles, so ranges near the rim of a disc differ. The only mode is `single`. With
---serve, one line of input is one request: `go single` casts all rays once and answers with the seconds,
-`ranges single OUT` writes the ranges and answers `ok`, `rays FILE` goes over to other rays and answers `ok`; the
-end of input ends the program.
+Open3D casts triangles only, without a bound on the range: each disc becomes the regular octagon of the same area, a fan of
+six triangles, so ranges near the rim of a disc differ. The only mode is `single`. One line of input is one request:
+`go single` casts all rays once and answers with the seconds, `ranges single OUT` writes the ranges and answers `ok`. The end
+of input ends the program.
 """
 
-import argparse
 import math
-import statistics
 import sys
 import time
 
@@ -47,63 +44,31 @@ def octagons(surfels):
     return corners.reshape(-1, 3), (first + fan).reshape(-1, 3)
 
 
-def queries_of(rays):
-    return o3d.core.Tensor(np.ascontiguousarray(rays[:, :6]))
-
-
 def main():
-    parser = argparse.ArgumentParser()
-    parser.add_argument("surfels")
-    parser.add_argument("rays")
-    parser.add_argument("--reps", type=int, default=5)
-    parser.add_argument("--ranges")
-    parser.add_argument("--serve", action="store_true")
-    arguments = parser.parse_args()
-
-    surfels, rays = records(arguments.surfels), records(arguments.rays)
+    surfels, rays = (records(path) for path in sys.argv[1:])
     start_s = time.perf_counter()
     corners, triangles = octagons(surfels)
     scene = o3d.t.geometry.RaycastingScene(nthreads=1)
     scene.add_triangles(o3d.core.Tensor(corners), o3d.core.Tensor(triangles))
     del corners, triangles
-    queries = queries_of(rays)
+    queries = o3d.core.Tensor(np.ascontiguousarray(rays[:, :6]))
     scene.cast_rays(queries[:1], nthreads=1)  # builds the tree
-    build_s = time.perf_counter() - start_s
-
-    def cast():
+    print(f"ready {len(surfels)} surfels, {len(rays)} rays, built in {time.perf_counter() - start_s} s", flush=True)
+    for line in sys.stdin:
+        verb, mode, *path = line.rstrip("\n").split(" ", 2)
+        if mode != "single":
+            sys.exit(f"error: {mode}: unknown mode")
         start_s = time.perf_counter()
         answer = scene.cast_rays(queries, nthreads=1)
         taken_s = time.perf_counter() - start_s
-        ranges = answer["t_hit"].numpy()
-        return taken_s, np.where(np.isfinite(ranges), ranges, np.nan).astype("<f4")
-
-    if arguments.serve:
-        print(f"ready {len(surfels)} surfels, {len(rays)} rays, built in {build_s} s", flush=True)
-        for line in sys.stdin:
-            if line.startswith("rays "):
-                queries = queries_of(records(line.rstrip("\n").split(" ", 1)[1]))
-                print("ok", flush=True)
-                continue
-            verb, mode, *path = line.rstrip("\n").split(" ", 2)
-            if mode != "single":
-                sys.exit(f"error: {mode}: unknown mode")
-            taken_s, ranges = cast()
-            if verb == "go":
-                print(taken_s, flush=True)
-            elif verb == "ranges" and path:
-                ranges.tofile(path[0])
-                print("ok", flush=True)
-            else:
-                sys.exit(f"error: {line.rstrip()}: unknown request")
-        return
-    _, ranges = cast()  # warm
-    speeds = [len(rays) / cast()[0] / 1e6 for _ in range(arguments.reps)]
-    print(
-        f"single: {len(surfels)} surfels built in {build_s:.3f} s; {len(rays)} rays, {np.isnan(ranges).sum()} misses; "
-        f"{statistics.median(speeds):.3f} M rays/s ({min(speeds):.3f} to {max(speeds):.3f}, {len(speeds)} casts)"
-    )
-    if arguments.ranges:
-        ranges.tofile(arguments.ranges)
+        if verb == "go":
+            print(taken_s, flush=True)
+        elif verb == "ranges" and path:
+            ranges = answer["t_hit"].numpy()
+            np.where(np.isfinite(ranges), ranges, np.nan).astype("<f4").tofile(path[0])
+            print("ok", flush=True)
+        else:
+            sys.exit(f"error: {line.rstrip()}: unknown request")
 
 
 main()

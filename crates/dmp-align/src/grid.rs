@@ -1,6 +1,6 @@
 //! Which surfels lie in the voxels of a box.
 
-/// Voxels along an axis are told apart by so many bits.
+/// Bits of a voxel's number along an axis.
 const BITS: u32 = 21;
 /// Blocks have 4 voxels along each edge: the 64 bits of a word say which of them hold a surfel.
 const EDGE_BITS: u32 = 2;

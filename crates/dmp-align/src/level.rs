@@ -10,7 +10,7 @@ pub(crate) const ALIKE: f32 = 0.85;
 pub(crate) const NONE: u32 = u32::MAX;
 /// The nearest surfel is mostly as near as this, voxels: looked for here first.
 const NEAR: f64 = 0.75;
-/// Means lie in their voxels but for rounding, voxels.
+/// Tolerance for rounding of means in their voxels, voxels.
 const SLACK: f64 = 1e-3;
 
 /// Surfels of voxels of one size.

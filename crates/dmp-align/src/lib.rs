@@ -1,7 +1,7 @@
 //! How far apart a run put the same surfaces on two visits of a place.
 //!
 //! Where two visits see the same surfaces, the motion that brings the surfels of one onto those of the other is the run's own
-//! error between them. [`align`] finds it, says how well it is known, and refuses where the surfaces do not tell: a
+//! error between them. [`align`] finds it, says how well it is known, and fails where the surfaces do not determine it: a
 //! registration of patches, coarse to fine, from both sides.
 //!
 //! 1. Points of a visit become a [`dmp_map::PatchBuilder`], in the frame of the place; this a [`Pyramid`] of surfels at
@@ -11,7 +11,7 @@
 //!    Geman and McClure's function (Chebrolu et al. 2021, "Adaptive Robust Kernels for Non-Linear Least Squares
 //!    Problems", eq. 2 with α = −2), by Gauss and Newton's method.
 //! 3. Gates: both directions agree, enough is seen by both, surfaces hold the motion in every direction but one, they do
-//!    not match as well elsewhere, and they come to lie as near to each other as they are thick: those of another place that looks
+//!    not match as well elsewhere, and they lie as near to each other as they are thick: those of another place that looks
 //!    alike do not. Along a direction that they do not hold, as along a corridor, the guess stands (after
 //!    Zhang, Kaess and Singh 2016, "On Degeneracy of Optimization-based State Estimation Problems").
 //!
@@ -52,7 +52,7 @@ mod starts;
 #[cfg(test)]
 mod tests;
 
-pub use gradient::{Gradient, Plane, PosedReturn, point_to_plane, range_residual};
+pub use gradient::{Gradient, Plane, PosedReturn, point_to_plane};
 pub use pyramid::Pyramid;
 pub use refusal::Refusal;
 pub use register::{Alignment, align};

@@ -10,7 +10,7 @@ use crate::level::{Level, Surfel};
 pub(crate) const LEVELS: [i32; 3] = [4, 2, 1];
 /// Points that a surfel needs.
 const LEAST_POINTS: f64 = 5.0;
-/// A surfel is flat: across it there is at most so much of the variance that there is along it, in its narrower direction.
+/// Largest variance across a flat surfel, as a share of that along its narrower direction.
 const FLAT: f64 = 0.1;
 /// And wide, in parts of its voxel: what is narrower has no direction.
 const WIDE: f64 = 0.05;
@@ -34,7 +34,7 @@ struct Sums {
 
 impl Pyramid {
     /// Of a patch, whose frame is that of the place. `O(v log v)` time in its voxels; those further than 2²⁰ voxels off along an
-    /// axis are left out.
+    /// axis are excluded.
     pub fn new(patch: &PatchBuilder) -> Self {
         let voxel_m = patch.lattice().voxel_m();
         let of_patch = patch.voxels();

@@ -5,7 +5,7 @@ use thiserror::Error;
 /// Least share of the surfels of either visit that the other one sees.
 pub(crate) const LEAST_OVERLAP: f64 = 0.20;
 
-/// Why the surfaces do not tell.
+/// Why the surfaces give no alignment.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[non_exhaustive]
 pub enum Refusal {
@@ -20,14 +20,14 @@ pub enum Refusal {
     },
     /// Surfaces match as well elsewhere.
     #[error(
-        "surfaces match nearly as well {apart_m:.2} m and {turned_rad:.3} rad away: they tell {share:.2} of what they tell here"
+        "surfaces match nearly as well {apart_m:.2} m and {turned_rad:.3} rad away: {share:.2} of the support here"
     )]
     Ambiguous {
         /// Distance of both places, at the middle of the surfaces.
         apart_m: f64,
         /// Angle between both.
         turned_rad: f64,
-        /// What the worse match tells against the better one, in parts of what that tells against it.
+        /// Support of the worse match against the better one, in parts of the support of the better one.
         share: f64,
     },
     /// From the other side it is another motion.
@@ -38,9 +38,9 @@ pub enum Refusal {
         /// Angle between what they say.
         turned_rad: f64,
     },
-    /// Surfaces do not come to lie on each other.
+    /// Surfaces do not coincide.
     #[error(
-        "surfaces come to lie {:.1} cm apart and are {:.1} cm thick: another place that looks alike, or visits that are bent",
+        "surfaces lie {:.1} cm apart and are {:.1} cm thick: another place that looks alike, or visits that are bent",
         100.0 * .off_m,
         100.0 * .thick_m
     )]

@@ -52,12 +52,12 @@ pub struct Alignment {
 /// Brings the surfaces of `source` onto those of `target`, both in the frame of the place, from the best of some guesses of
 /// that motion, the identity where there are none.
 ///
-/// From up to about ten voxels off (5 m at half a metre). Of several guesses, the one is gone on with from which the surfaces
-/// match best; that they match as well elsewhere is found out only where a guess leads there. The first guess is what is claimed: less
-/// speaks for it already. `O(surfels)` time for each guess.
+/// From up to about ten voxels off (5 m at half a metre). Of several guesses the one is used from which the surfaces match
+/// best. A second place that matches as well is detected only where a guess leads there. The first guess is the claimed one: a rival
+/// near it needs less support. `O(surfels)` time for each guess.
 ///
 /// # Errors
-/// Where the surfaces do not tell: see [`Refusal`].
+/// When the surfaces give no alignment: see [`Refusal`].
 pub fn align(target: &Pyramid, source: &Pyramid, guesses: &[Isometry3<f64>]) -> Result<Alignment, Refusal> {
     if target.voxel_m != source.voxel_m {
         return Err(Refusal::Voxels(target.voxel_m, source.voxel_m));

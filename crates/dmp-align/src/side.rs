@@ -114,7 +114,7 @@ impl Side<'_> {
         equations
     }
 
-    /// Goes through a stage, until steps are small; `None` where it `is_known` where a pose on the way leads to.
+    /// Goes through a stage, until steps are small; `None` where it `is_known` where an intermediate pose leads to.
     pub(crate) fn through(
         &self,
         stage: &Stage,

@@ -1,4 +1,4 @@
-//! Which of several guesses is gone on with, and whether another one would do as well.
+//! Which of several guesses is best, and whether another one fits as well.
 
 use dmp_sensor::{Isometry3, Vector3};
 
@@ -12,19 +12,19 @@ const APART_RAD: f64 = 2.0 * std::f64::consts::PI / 180.0;
 /// Where the coarsest surfels match less than this as well as at the best place, the finest ones are not looked at. Of streets
 /// that repeat themselves they match from 0.75, of others up to 0.65.
 const LEAST_COARSE: f64 = 0.7;
-/// From places that are no further apart, the coarsest stage comes to the same place, voxels and radians.
-const SAME_WAY: f64 = 0.5;
-const SAME_WAY_RAD: f64 = 0.5 * std::f64::consts::PI / 180.0;
+/// From places that are no further apart, the coarsest stage ends at the same place, voxels and radians.
+const SAME_END: f64 = 0.5;
+const SAME_END_RAD: f64 = 0.5 * std::f64::consts::PI / 180.0;
 /// Most places that are looked at beside the best.
 const MOST_OTHERS: usize = 12;
-/// Surfaces that tell this share for another place leave open which it is. In streets that repeat themselves every 6 to 15 m it
-/// is mostly 0.6 and more (half a bay matched with half of another tells half), in others up to 0.31 and on a real path 0.43.
+/// Surfaces that support another place by this share leave open which it is. In streets that repeat themselves every 6 to 15 m it
+/// is mostly 0.6 and more (half a bay matched with half of another has half), in others up to 0.31 and on a real path 0.43.
 const AMBIGUOUS: f64 = 0.45;
 /// Less will do where the other place is nearer to the first guess: of two houses that are alike, the one that a run claims may be
 /// seen worse.
 const AMBIGUOUS_IF_CLAIMED: f64 = 0.25;
 
-/// Where the coarsest stage came to.
+/// Where the coarsest stage ended.
 struct Start {
     guess: Isometry3<f64>,
     pose: Isometry3<f64>,
@@ -34,7 +34,7 @@ struct Start {
 }
 
 impl Side<'_> {
-    /// What the guess comes to from which the surfaces match best.
+    /// The result of the guess from which the surfaces match best.
     ///
     /// # Errors
     /// [`Refusal::Ambiguous`], where they match as well at another place.
@@ -42,7 +42,7 @@ impl Side<'_> {
         let mut found = self.apart_from_each_other(&self.starts(guesses));
         let mut best = 0;
         for other in 1..found.len() {
-            let [for_best, for_other] = self.tell(&found[best], &found[other]);
+            let [for_best, for_other] = self.support(&found[best], &found[other]);
             best = if for_other > for_best { other } else { best };
         }
         let best = found.swap_remove(best);
@@ -52,7 +52,7 @@ impl Side<'_> {
         }
         let mut rival: Option<(f64, Found)> = None;
         for other in found {
-            let [for_best, for_other] = self.tell(&best, &other);
+            let [for_best, for_other] = self.support(&best, &other);
             let share = for_other / for_best.max(f64::MIN_POSITIVE);
             let [best_m, other_m] =
                 [&best, &other].map(|found| between(&guesses[0], &found.pose, &best.middle_m()).0);
@@ -67,7 +67,7 @@ impl Side<'_> {
         Err(Refusal::Ambiguous { apart_m, turned_rad, share })
     }
 
-    /// Where the best start comes to, and others that match nearly as well and end elsewhere.
+    /// Where the best start ends, and others that match nearly as well and end elsewhere.
     fn apart_from_each_other(&self, starts: &[Start]) -> Vec<Found> {
         let mut found: Vec<Found> = Vec::new();
         let mut seen: Vec<Isometry3<f64>> = Vec::new();
@@ -90,13 +90,13 @@ impl Side<'_> {
         found
     }
 
-    /// Where the coarsest stage comes to from the guesses, the one with the greatest weight of pairs first. A guess that comes to
-    /// where another one hardly moved any more is left out: it leads to the same place.
+    /// Where the coarsest stage ends from the guesses, the one with the greatest weight of pairs first. A guess that reaches a pose
+    /// at which another one hardly moved any more is excluded: it ends at the same place.
     fn starts(&self, guesses: &[Isometry3<f64>]) -> Vec<Start> {
         let coarse = &STAGES[0];
         let same = |a: &Isometry3<f64>, b: &Isometry3<f64>, middle_m: &Vector3<f64>| {
             let (apart_m, turned_rad) = between(a, b, middle_m);
-            apart_m < SAME_WAY * self.target.voxel_m && turned_rad < SAME_WAY_RAD
+            apart_m < SAME_END * self.target.voxel_m && turned_rad < SAME_END_RAD
         };
         let mut counterparts = Counterparts::none();
         let mut known: Vec<Isometry3<f64>> = Vec::new();
@@ -128,26 +128,26 @@ impl Side<'_> {
         apart_m > APART * self.target.voxel_m || turned_rad > APART_RAD
     }
 
-    /// How much the surfaces tell for either of two places against the other: nothing for both, where they do not hold what
+    /// How much the surfaces support either of two places against the other: nothing for both, where they do not hold what
     /// lies between them.
-    fn tell(&self, a: &Found, b: &Found) -> [f64; 2] {
-        let told = [self.tells(&a.pose, &b.pose), self.tells(&b.pose, &a.pose)];
-        let is_held = told[0].max(told[1]) >= LEAST_HELD * a.last.weight.max(b.last.weight);
-        if is_held { told } else { [0.0; 2] }
+    fn support(&self, a: &Found, b: &Found) -> [f64; 2] {
+        let support = [self.support_of(&a.pose, &b.pose), self.support_of(&b.pose, &a.pose)];
+        let is_held = support[0].max(support[1]) >= LEAST_HELD * a.last.weight.max(b.last.weight);
+        if is_held { support } else { [0.0; 2] }
     }
 
-    /// How much the surfaces tell for one pose against another: weights of the finest pairs, each by how squarely its plane
-    /// stands in the way from one place to the other. What lies along the way, as the walls of a street, matches at both.
-    fn tells(&self, pose: &Isometry3<f64>, other: &Isometry3<f64>) -> f64 {
+    /// How much the surfaces support one pose against another: weights of the finest pairs, each by how squarely its plane
+    /// stands between the two places. What lies along the line between them, as the walls of a street, matches at both.
+    fn support_of(&self, pose: &Isometry3<f64>, other: &Isometry3<f64>) -> f64 {
         let scale_m = FINEST.scale * self.target.voxel_m;
         let other_from_pose = other * pose.inverse();
         let mut sum = 0.0;
         self.each_pair(&FINEST, pose, &mut Counterparts::none(), |residual, _| {
             let place_m = residual.place_m;
-            let way_m = other_from_pose.rotation * place_m + other_from_pose.translation.vector - place_m;
-            let across_m = residual.normal.dot(&way_m);
-            let way_m2 = way_m.norm_squared().max(f64::MIN_POSITIVE);
-            sum += residual.weight(scale_m) * across_m * across_m / way_m2;
+            let shift_m = other_from_pose.rotation * place_m + other_from_pose.translation.vector - place_m;
+            let across_m = residual.normal.dot(&shift_m);
+            let shift_m2 = shift_m.norm_squared().max(f64::MIN_POSITIVE);
+            sum += residual.weight(scale_m) * across_m * across_m / shift_m2;
         });
         sum
     }

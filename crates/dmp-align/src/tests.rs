@@ -1,4 +1,4 @@
-//! Registration against the slow way, and on two visits of a simulated town.
+//! Registration against exhaustive search, and on two visits of a simulated town.
 
 mod bare;
 mod coverage;

@@ -11,7 +11,7 @@ pub(crate) type Matrix = SMatrix<f64, AXES, AXES>;
 /// One of the numbers that are looked for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Axis {
-    /// The poses hold so much later than their stamps are looked up, seconds: what to add to the log's stamps.
+    /// Clock offset: the poses hold this much later than their stamps say, seconds: what to add to the log's stamps.
     Time,
     /// How much of the returns' own times is true: 1 where the scan is as it was measured, 0 where its points were
     /// already brought to one instant.

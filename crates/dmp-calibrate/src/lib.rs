@@ -27,41 +27,41 @@ pub use mount::Mount;
 pub use sample::{Block, scans_of_block};
 pub use together::{Order, Together, Turns, together, turns};
 
-/// What is left of the mean square thickness where it is worth putting something right, at most.
+/// What is left of the mean square thickness above which a fix is not worth it.
 const WORTH: f64 = 0.97;
-/// What is off by so many half intervals is seen however wide these are.
+/// An error of this many half intervals is seen, however wide these are.
 const CLEARLY: f64 = 2.0;
-/// A run whose poses are off by more than this from the way between their neighbours, metres of a drive, tells nothing where
+/// A run whose poses are off by more than this from the path between their neighbours, metres of a drive, is not used where
 /// returns are posed between them: what lies between is better known than they. A rotation counts at the other distance.
 const JITTER_M: f64 = 0.1;
 const REACH_M: f64 = 10.0;
 
-/// One number that was looked for.
+/// One estimated number.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Estimate {
     /// Which.
     pub axis: Axis,
     /// What it is, in the unit of the axis: seconds, radians, metres.
     pub value: f64,
-    /// Half of its interval: what is true lies within so much of it.
+    /// Half of its interval.
     pub half: f64,
     /// Whether the scans show it.
     pub is_seen: bool,
-    /// Whether it is surely not what was given, 0 or of [`Axis::Sweep`] 1, and by enough to be worth a word: 2 ms, 0.3 of a
+    /// Whether it surely differs from what was given (0, of [`Axis::Sweep`] 1) by enough to be reported: 2 ms, 0.3 of a
     /// sweep, 0.05°, 1 cm.
     pub is_off: bool,
-    /// Whether putting it right pays besides: surfaces become thinner by it, by 3 % of the mean square or more. What does
+    /// Whether fixing it pays besides: surfaces become thinner by it, by 3 % of the mean square or more. What does
     /// less to the map does nothing to a verdict; and a run that drifts a little to one side looks as if its sensor were
     /// turned a little.
     pub pays: bool,
 }
 
-/// Why a run tells nothing of its clock and mounting though its scans have planes in common.
+/// Why nothing is estimated of a run's clock and mounting though its scans have planes in common.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Silence {
     /// Its poses jitter.
     Jitter {
-        /// By how much they are off from the way between their neighbours, root of the mean square, metres.
+        /// By how much they are off from the path between their neighbours, root of the mean square, metres.
         jitter_m: f64,
     },
     /// It fits best with a share of the returns' times that is neither none nor all.
@@ -75,11 +75,11 @@ pub struct Calibration {
     pub estimates: [Estimate; AXES],
     /// Thickness of the planes as the run was given, metres: the root of the mean square distance.
     pub before_m: f64,
-    /// The same with what pays put right.
+    /// The same after the fixes that pay.
     pub after_m: f64,
-    /// Why nothing of it tells anything, where that is so.
+    /// Why nothing is estimated, where that is so.
     pub silence: Option<Silence>,
-    /// What to put right: those that pay, looked for alone; the others are 0 (of [`Axis::Sweep`], 1).
+    /// The fixes: those that pay, estimated alone; the others are 0 (of [`Axis::Sweep`], 1).
     pub mended: [f64; AXES],
 }
 
@@ -89,17 +89,17 @@ impl Calibration {
         self.estimates[axis as usize]
     }
 
-    /// Those that are surely off.
+    /// Those that are off beyond their interval.
     pub fn off(&self) -> impl Iterator<Item = Estimate> {
         self.estimates.into_iter().filter(|estimate| estimate.is_off)
     }
 
-    /// Those of them that are worth putting right.
+    /// Those that are worth fixing.
     pub fn paying(&self) -> impl Iterator<Item = Estimate> {
         self.estimates.into_iter().filter(|estimate| estimate.pays)
     }
 
-    /// What to put right of the mounting: `given_from_true` of the sensor, to be put behind `body_from_sensor`.
+    /// The fix of the mounting: `given_from_true` of the sensor, to be put behind `body_from_sensor`.
     pub fn sensor_motion(&self) -> Isometry3<f64> {
         let [_, _, roll, pitch, yaw, x, y, z] = self.mended;
         Isometry3::new(nalgebra::Vector3::new(x, y, z), nalgebra::Vector3::new(roll, pitch, yaw))

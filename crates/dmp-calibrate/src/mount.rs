@@ -28,7 +28,7 @@ impl Mount<'_> {
         scan.stamp_ns.or_else(of_line)
     }
 
-    /// How far poses are off from the way between their neighbours: root of the mean square, metres; a rotation counts at this
+    /// How far poses are off from the path between their neighbours: root of the mean square, metres; a rotation counts at this
     /// distance.
     pub(crate) fn jitter_m(&self, reach_m: f64) -> f64 {
         let (poses, stamps_ns) = (self.trajectory.poses(), self.trajectory.stamps_ns().unwrap_or_default());

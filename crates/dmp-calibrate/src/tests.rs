@@ -9,10 +9,10 @@ use crate::{Axis, Block, Calibration, Mount, Order, calibrate, scans_of_block, t
 
 const SCANS: usize = 240;
 const PERIOD_NS: i64 = 100_000_000;
-/// Half the extent of the hall along x and y, its floor and its roof, metres from the sensor's way.
+/// Half the extent of the hall along x and y, its floor and its roof, metres from the sensor's path.
 const WALLS_M: [f64; 3] = [30.0, 20.0, 4.0];
 
-/// A wavy way with pitch and roll; or straight on, evenly and level.
+/// A wavy path with pitch and roll; or straight on, evenly and level.
 fn pose(ns: i64, wavy: bool) -> Isometry3<f64> {
     let s = ns as f64 / 1e9;
     if !wavy {
@@ -89,7 +89,7 @@ fn a_right_run_is_right_and_errors_are_found_and_undone() {
     let plain = found(&blocks, &right, Isometry3::identity());
     assert_eq!(plain.off().count(), 0, "{plain:?}");
     assert!(plain.estimates.iter().all(|one| one.is_seen), "{plain:?}");
-    // The poses hold 30 ms later than they are taken for, and the sensor sits otherwise.
+    // The poses hold 30 ms later than their stamps say, and the sensor sits otherwise.
     let late = right.clone().later_by(-30_000_000).unwrap();
     let wrong = Isometry3::new(Vector3::new(0.1, -0.06, 0.05), Vector3::new(0.01, -0.008, 0.02));
     let one = found(&blocks, &late, wrong);
@@ -98,7 +98,7 @@ fn a_right_run_is_right_and_errors_are_found_and_undone() {
     let found = Isometry3::new(Vector3::new(x, y, z), Vector3::new(roll, pitch, yaw));
     let left = wrong * found;
     assert!(left.translation.vector.norm() < 0.01 && left.rotation.angle() < 1e-3, "{left} {one:?}");
-    // What is put right is what the surfaces need: time and turns here, and not every centimetre.
+    // What is fixed is what the surfaces need: time and turns here, and not every centimetre.
     assert!([Axis::Time, Axis::Roll, Axis::Yaw].iter().all(|&axis| one.of(axis).pays), "{one:?}");
     assert!(one.after_m < 0.6 * one.before_m && (one.after_m - plain.before_m).abs() < 1e-3, "{one:?}");
 }

@@ -26,7 +26,7 @@ pub struct Together {
     pub scans: u64,
     /// Those with enough returns to say anything.
     pub full_scans: u64,
-    /// The way from scan to scan within the blocks, metres, and its time, seconds.
+    /// The path from scan to scan within the blocks, metres, and its time, seconds.
     pub way_m: f64,
     /// See [`Self::way_m`].
     pub way_s: f64,
@@ -60,7 +60,7 @@ impl Together {
 pub enum Order {
     /// Each at its own.
     Own,
-    /// Each at that of another scan of its block, first for last: what scans come to that have nothing to do with the poses.
+    /// Each at that of another scan of its block, first for last: what scans give that have nothing to do with the poses.
     Reversed,
     /// Each at its own place, all of a block turned as its first scan is.
     Straight,

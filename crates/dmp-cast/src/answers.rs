@@ -1,4 +1,4 @@
-//! z1, zn and zc of rays that go one by one.
+//! Updates z1, zn and zc for rays that are cast one by one.
 
 use dmp_map::Independence;
 
@@ -8,7 +8,7 @@ use crate::packet_rays::{Column, PacketRays, RAYS};
 use crate::search::{Search, each_hit};
 use crate::tile::{Node, TileView};
 
-/// z1 alone: the rays' bounds are to be no further than the best so far.
+/// z1 only: the rays' bounds must not exceed the best so far.
 pub(crate) struct First<'a>(pub(crate) &'a mut Column);
 
 impl Search for First<'_> {
@@ -33,9 +33,9 @@ pub(crate) struct Three<'a> {
     rays: &'a PacketRays,
     independence: Option<Independence>,
     revisit: Option<Independence>,
-    /// The best so far: bounds for what is still worth looking at.
+    /// The best so far: bounds for further crossings.
     answers: &'a mut PacketAnswers,
-    /// Between these a crossing may be the nearest.
+    /// Bounds of a crossing that may be the nearest.
     window_m: [Column; 2],
 }
 

@@ -1,51 +1,51 @@
-//! Where a ray lies among its neighbours: by sector, shell of range, band of elevation, azimuth.
+//! Keys that sort rays to their neighbours: by sector, shell of range, band of elevation, azimuth.
 
 use crate::query::Query;
 
-/// Greatest height of a band, as far away as its rays reach, in radii of a disc.
+/// Largest height of a band at its largest range, in radii of a disc.
 const BAND_RADII: f32 = 3.0;
-/// Rays whose neighbour in a band is further than this from them do not go with it, radii of a disc at the shell.
+/// Rays farther than this from their neighbour in a band start a new packet, radii of a disc at the shell.
 const GAP_RADII: f32 = 6.0;
-/// Greatest height of a band, in steps from a ray to the next of the list: sixteen rays fill a square.
+/// Largest height of a band, in steps between consecutive rays: sixteen rays fill a square.
 const BAND_STEPS: f32 = 4.0;
 
-/// The first shell begins here and the last: powers of two, in heights of a band. Rays beyond are in them too.
+/// Where the first and the last shell begin: powers of two, in heights of a band. Rays beyond belong to them too.
 const FIRST_SHELL: f32 = 1.0;
 const LAST_SHELL: f32 = 256.0;
 const SHELLS: usize = 9;
-/// Most bands that a shell is cut into for how close its rays are.
+/// Most bands of a shell, as limited by the step between rays.
 const MOST_BY_STEPS: f32 = 384.0;
 pub(crate) const BANDS: u32 = 1 << BAND_BITS;
 const BAND_BITS: u32 = 12;
-// The last shell is cut into two bands for each of its heights; the others into so many or fewer, or for their steps.
+// The last shell has two bands per height; the others have at most that, or as many as the steps require.
 const _: () = assert!(MOST_BY_STEPS as u32 * (SHELLS as u32 - 1) + 2 * LAST_SHELL as u32 <= BANDS);
-/// Steps of azimuth around a band: those of a sector below, the sector above.
+/// Steps of azimuth around a band: those of a sector in the low bits, the sector above.
 const AZIMUTHS: u32 = 1 << (AZIMUTH_BITS + SECTOR_BITS);
 pub(crate) const AZIMUTH_BITS: u32 = 9;
 const SECTOR_BITS: u32 = 3;
-/// Pairs of rays that are looked at for the step from one to the next.
+/// Pairs of rays sampled for the step between consecutive rays.
 const PAIRS: usize = 64;
 
-/// How rays are cut into bands.
+/// The division of rays into bands.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Bands {
-    /// Ranges in heights of a band, for each metre.
+    /// Heights of a band per metre of range.
     heights_per_m: f32,
-    /// Bands of each shell.
+    /// Number of bands of each shell.
     counts: [f32; SHELLS],
-    /// Where those of a shell begin.
+    /// First band of each shell.
     starts: [f32; SHELLS],
 }
 
 impl Bands {
     /// Bands for these rays into discs of this radius, metres.
     ///
-    /// As far away as its rays reach a band is at most [`BAND_RADII`] high: what a packet has to look at is what lies within a disc's
-    /// radius of it, so that a long row costs little more than a square, and rings that lie further apart stay apart. Where rays
-    /// are closer than that, a row would be long for nothing: a band is then as high as four of them.
+    /// At its largest range a band is at most [`BAND_RADII`] high. A packet tests everything within a disc's radius, so
+    /// a long row costs little more than a square, and rings farther apart stay separate. If rays are closer than that,
+    /// long rows have no benefit: a band is then four rays high.
     pub(crate) fn of(queries: &[Query], radius_m: f32) -> Self {
         let heights_per_m = 1.0 / (BAND_RADII * radius_m).max(f32::MIN_POSITIVE);
-        // Elevations are numbered by their sines, which go from −1 to 1.
+        // Elevations are numbered by their sines, from −1 to 1.
         let by_steps = (2.0 / (BAND_STEPS * step_between(queries))).min(MOST_BY_STEPS);
         let mut bands = Self { heights_per_m, ..Self::default() };
         let (mut shell, mut start) = (FIRST_SHELL, 0.0);
@@ -84,8 +84,8 @@ impl Bands {
     }
 }
 
-/// The usual angle from one ray to the next of the list, radians, where that goes another way: a beam may have two returns.
-/// Infinite for one ray.
+/// The typical angle between consecutive rays with different directions, radians: a beam may have two returns. Infinite
+/// for one ray.
 fn step_between(queries: &[Query]) -> f32 {
     let mut steps2 = [f32::INFINITY; PAIRS];
     let stride = (queries.len() / PAIRS).max(1);

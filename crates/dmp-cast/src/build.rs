@@ -1,4 +1,4 @@
-//! Builds the tree of a tile.
+//! Builds the BVH of a tile.
 
 use dmp_map::{Surfel, Tile};
 use obvhs::BvhBuildParams;
@@ -17,11 +17,11 @@ impl CastTile {
         Self::numbered(tile, radius_m).0
     }
 
-    /// The same, and for each disc of the leaves its place in `tile`: sixteen for a leaf.
+    /// The same, and for each disc of the leaves its index in `tile`: sixteen per leaf.
     ///
-    /// obvhs clusters the discs two by two; that tree is collapsed here to nodes eight wide and leaves as full
-    /// as whole clusters can make them. Nothing of obvhs is left: its own traversal knows one nearest hit, not
-    /// three answers, ignores a ray's start and writes a hit distance even where there is no hit.
+    /// obvhs clusters the discs into a binary tree. It is collapsed here to nodes eight wide and leaves as full as
+    /// whole clusters allow. obvhs' own traversal is not used: it finds one nearest hit instead of three answers,
+    /// ignores a ray's start and writes a hit distance even without a hit.
     pub(crate) fn numbered(tile: &Tile, radius_m: f32) -> (Self, Vec<u32>) {
         let surfels = &tile.surfels;
         let mut cast = Self { origin_in_world_m: tile.origin_in_world_m, radius_m, ..Self::default() };
@@ -50,7 +50,7 @@ fn box_of(surfel: &Surfel, radius_m: f32) -> Aabb {
     Aabb::new(corner(-1.0).into(), corner(1.0).into())
 }
 
-/// How many discs are below each node of the binary tree.
+/// Number of discs below each node of the binary tree.
 struct Clusters {
     discs: Vec<u32>,
 }
@@ -58,7 +58,7 @@ struct Clusters {
 impl Clusters {
     fn of(tree: &Bvh2) -> Self {
         let mut discs = vec![0; tree.nodes.len()];
-        // Parents before children, so backwards children come first; without recursion.
+        // Parents precede children, so reversed, children come first; no recursion.
         let mut order = Vec::with_capacity(tree.nodes.len());
         order.push(0);
         let mut at = 0;
@@ -88,10 +88,10 @@ struct Collapse<'a> {
 }
 
 impl Collapse<'_> {
-    /// Fills in nodes and leaves, depth first, so that what is near in space is near in memory.
+    /// Fills nodes and leaves, depth first, so that neighbours in space are neighbours in memory.
     fn run(&mut self) {
         self.cast.nodes.push(Node::EMPTY);
-        // A node to fill, and the binary node it stands for.
+        // A node to fill, and its node of the binary tree.
         let mut open = vec![(0usize, 0u32)];
         while let Some((index, binary)) = open.pop() {
             let (children, count) = self.widen(binary);
@@ -122,7 +122,7 @@ impl Collapse<'_> {
         self.bound_support();
     }
 
-    /// The up to eight clusters below a binary node: the one with the largest surface is opened first.
+    /// Up to eight clusters below a binary node: the one with the largest surface is split first.
     fn widen(&self, binary: u32) -> ([u32; WIDTH], usize) {
         let mut children = [binary; WIDTH];
         let mut count = 1;
@@ -175,7 +175,7 @@ impl Collapse<'_> {
         self.cast.leaves.len() - 1
     }
 
-    /// Children lie behind their parents, so backwards they come first.
+    /// Children follow their parents, so reversed, they come first.
     fn bound_support(&mut self) {
         for index in (0..self.cast.nodes.len()).rev() {
             for place in 0..WIDTH {

@@ -23,12 +23,12 @@ impl TileCache {
         Self(BudgetCache::new(budget_bytes))
     }
 
-    /// The same where it is known when a tile, given by the number of its map and its place, is needed next.
+    /// The same with a function that predicts when a tile, given by its map's number and its id, is next needed.
     pub fn foreseeing(budget_bytes: usize, next_use: Box<NextUse<(usize, TileId)>>) -> Self {
         Self(BudgetCache::foreseeing(budget_bytes, next_use))
     }
 
-    /// How often a tile was loaded so far.
+    /// Number of tile loads so far.
     pub fn loads(&self) -> u64 {
         self.0.loads()
     }
@@ -40,7 +40,7 @@ pub struct Caster<M = Store> {
     map: M,
     settings: CastSettings,
     tiles: Arc<TileCache>,
-    /// Which of the maps in the cache this one is.
+    /// The number of this map in the cache.
     number: usize,
     path: Path,
     grouping: Grouping,
@@ -58,16 +58,16 @@ impl<M: TileSource> Caster<M> {
         Self { map, settings, tiles, number, path, grouping: Grouping::Auto }
     }
 
-    /// Loads a tile that will be needed.
+    /// Loads a tile ahead of use.
     ///
     /// # Errors
-    /// When it is damaged; the rays that need it will find it so too.
+    /// When it is damaged; the rays that need it report the same error.
     pub fn prefetch(&self, tile: TileId) -> Result<(), MapError> {
         self.load(tile).map(drop)
     }
 
-    /// The same on another path of instructions and with rays grouped another way: for measurements, since no
-    /// answer depends on either.
+    /// The same with another instruction path and another grouping of rays: for measurements, since no answer depends
+    /// on either.
     #[must_use]
     pub fn with(self, path: Path, grouping: Grouping) -> Self {
         Self { path, grouping, ..self }
@@ -78,7 +78,7 @@ impl<M: TileSource> Caster<M> {
         &self.map
     }
 
-    /// How often a tile was loaded so far, by all that share its memory.
+    /// Number of tile loads so far, by all casters that share its memory.
     pub fn tile_loads(&self) -> u64 {
         self.tiles.0.loads()
     }
@@ -88,8 +88,8 @@ impl<M: TileSource> Caster<M> {
         self.tiles.0.bytes()
     }
 
-    /// Answers every query, in order; `answers` is overwritten. The answers do not depend on how rays
-    /// are grouped into blocks.
+    /// Answers every query, in order; `answers` is overwritten. The answers do not depend on the division of rays into
+    /// blocks.
     ///
     /// # Errors
     /// When a tile that a ray needs is damaged.
@@ -102,9 +102,8 @@ impl<M: TileSource> Caster<M> {
         self.cast_block(queries, answers, None, buffers, false)
     }
 
-    /// The same for the returns that were cast with `buffers` last, into this map or another, posed by another trajectory: which of
-    /// their rays are neighbours was found out then, and is not looked for again. Of other returns the answers are right too, but
-    /// slow.
+    /// The same for the returns last cast with `buffers`, into this map or another, but posed by another trajectory. It
+    /// reuses the order of rays found then. For other returns the answers are correct too, but slow.
     ///
     /// # Errors
     /// As [`Caster::cast`].
@@ -117,8 +116,8 @@ impl<M: TileSource> Caster<M> {
         self.cast_block(queries, answers, None, buffers, true)
     }
 
-    /// The same, and for each query the unit normal of the first surfel that its ray crosses, in the world, turned to where
-    /// the ray comes from (normal · direction ≤ 0); `None` for a miss. `normals` is overwritten too.
+    /// The same, and for each query the world-frame unit normal of the first surfel that its ray crosses, turned
+    /// towards the ray's origin (normal · direction ≤ 0); `None` for a miss. `normals` is overwritten too.
     ///
     /// # Errors
     /// As [`Caster::cast`].
@@ -174,10 +173,10 @@ struct CastBlock<'a, M> {
     caster: &'a Caster<M>,
     queries: &'a [Query],
     answers: &'a mut Vec<Answer>,
-    /// As many as there are queries.
+    /// One per query.
     normals: Option<&'a mut [Option<Normal>]>,
     buffers: &'a mut CastBuffers,
-    /// Whether the buffers hold the order of the same returns.
+    /// Whether the buffers have the order of the same returns.
     reposed: bool,
 }
 
@@ -189,7 +188,7 @@ impl<M: TileSource> Job for CastBlock<'_, M> {
         let Self { caster, queries, answers, normals, buffers, reposed } = self;
         let CastBuffers { journey, lists } = buffers;
         let Caster { settings, grouping, .. } = *caster;
-        // Where there are tiles every ray arrives, and writes its answer.
+        // If there are tiles, every ray arrives and writes its answer.
         if caster.map.tile_bounds().is_none() {
             answers.clear();
         }

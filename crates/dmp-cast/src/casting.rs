@@ -1,4 +1,4 @@
-//! What rays ask in each tile.
+//! Casts rays within each tile.
 
 use dmp_map::{MapError, TileId};
 
@@ -14,18 +14,18 @@ use crate::rays::Rays;
 use crate::search::{SearchLists, SearchRays};
 use crate::tile::{CastTile, TileView};
 
-/// How rays are taken through a tile. No answer depends on it.
+/// How rays are grouped in a tile. No answer depends on it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Grouping {
-    /// Packets where they pay, single rays elsewhere.
+    /// Packets where they are faster, else single rays.
     #[default]
     Auto,
-    /// Every ray alone.
+    /// Every ray by itself.
     Single,
     /// Packets wherever there are three rays.
     Packets,
-    /// Packets while there are at most so many squares of a disc's radius in the far end of their frustum for each
-    /// ray: what `Auto` does with the number that was measured to be best.
+    /// Packets with at most this many squares of a disc's radius per ray in the far end of their frustum: `Auto` with
+    /// another limit than the measured optimum.
     UpTo(u32),
 }
 
@@ -51,23 +51,23 @@ pub struct CastBuffers {
 #[derive(Debug, Default)]
 pub(crate) struct Lists {
     visits: Box<[Visit; PACKETS]>,
-    /// The visits' answers as they were.
+    /// The visits' previous answers.
     before: Box<[PacketAnswers; PACKETS]>,
-    /// How far the visits' rays go in the tile.
+    /// The end of each visit's rays in the tile.
     ends: [[f32; RAYS]; PACKETS],
-    /// Which of them have a way to go.
+    /// The rays that are still active.
     lanes: [u32; PACKETS],
     of_packets: PacketLists,
     of_rays: SearchLists,
 }
 
-/// Answers every query: what is done in each tile, and at the end.
+/// Answers every query: its work in each tile, and at the end.
 pub(crate) struct Casting<'a> {
     pub(crate) grouping: Grouping,
     pub(crate) wanted: Wanted,
-    /// As many as there are queries.
+    /// One per query.
     pub(crate) answers: &'a mut [Answer],
-    /// Of what each ray crosses first, where that is asked: as many.
+    /// The normals of the first crossings, if requested: one per query.
     pub(crate) normals: Option<&'a mut [Option<Normal>]>,
     pub(crate) lists: &'a mut Lists,
 }
@@ -105,7 +105,7 @@ impl Traveller for Casting<'_> {
     }
 }
 
-/// Improves the answers of packets by what is in a tile: up to [`PACKETS`] at a time.
+/// Updates the answers of packets with a tile's surfels: up to [`PACKETS`] at a time.
 #[inline(always)]
 fn visit_tile<S: Simd>(
     simd: S,
@@ -127,7 +127,7 @@ fn visit_tile<S: Simd>(
     }
     let squares_per_ray = grouping.squares_per_ray();
     cast_visits::<S, false>(simd, tile, waits.len(), squares_per_ray, wanted, lists);
-    // What a ray needs beyond its place in the tile.
+    // The input of a ray beside its place in the tile.
     for (k, wait) in waits.iter().enumerate() {
         let visit = &mut lists.visits[k];
         lists.lanes[k] = visit.go_beyond(simd, lists.lanes[k], wait.lanes, &lists.ends[k]);
@@ -138,8 +138,8 @@ fn visit_tile<S: Simd>(
     }
 }
 
-/// Casts the first visits, together where that pays. `BEYOND`: the rays begin where they may be far apart, and beyond the
-/// places that revisits are looked for in.
+/// Casts the first visits, together where that is faster. `BEYOND`: the rays begin where they may be far apart, beyond
+/// the places in which revisits are detected.
 #[inline(always)]
 fn cast_visits<S: Simd, const BEYOND: bool>(
     simd: S,
@@ -176,7 +176,7 @@ fn cast_visits<S: Simd, const BEYOND: bool>(
     }
 }
 
-/// Takes over the normals of what rays crossed first in the tile that was visited last.
+/// Stores the normals of the first crossings in the last tile visited.
 #[inline(always)]
 fn take_normals<S: Simd>(
     simd: S,

@@ -1,4 +1,4 @@
-//! Counts what rays pass through and what they end on.
+//! Counts the surfels that rays pass through and end on.
 
 use std::sync::Arc;
 
@@ -14,15 +14,15 @@ use crate::rays::Rays;
 use crate::search::{Each, SearchLists, SearchRays};
 use crate::tile::{CastTile, LEAF_DISCS};
 
-/// A ray that measured something within this of a crossing ended there; one that measured something
-/// further than this behind the surfel's plane went through, metres.
+/// Tolerance, metres: a ray with a measured range within this of a crossing ended there. One whose end is farther than
+/// this behind the surfel's plane passed through.
 const ON_M: f64 = 0.5;
 
-/// Counts which surfels of a stored map rays go through and on which they end.
+/// Counts which surfels of a stored map rays pass through and end on.
 ///
-/// A ray *ends on* every surfel that it crosses within 0.5 m of its measured range, whatever was seen when. It
-/// *goes through* a surfel whose plane it leaves more than 0.5 m behind, at right angles to the plane; this is
-/// counted where the surfel is independent of the ray, so that no part of the drive speaks against itself.
+/// A ray *ends on* every surfel that it crosses within 0.5 m of its measured range, whatever the segments. It *passes
+/// through* a surfel if it ends more than 0.5 m behind the surfel's plane, measured perpendicular to the plane. This
+/// counts only where the surfel is independent of the ray, so that no part of the drive contradicts itself.
 #[derive(Debug)]
 pub struct CrossingCounter {
     store: Store,
@@ -34,7 +34,7 @@ pub struct CrossingCounter {
 #[derive(Debug)]
 pub(crate) struct NumberedTile {
     tile: CastTile,
-    /// For each place of the leaves the surfel's place in the store's tile.
+    /// For each disc of the leaves the surfel's index in the store's tile.
     places: Vec<u32>,
     surfels: usize,
 }
@@ -55,7 +55,7 @@ pub struct CountBuffers {
 }
 
 impl CrossingCounter {
-    /// A counter over `store` that keeps at most about `budget_bytes` of tiles in memory; `reach` segments to
+    /// A counter over `store` that keeps at most about `budget_bytes` of tiles in memory. Up to `reach` segments to
     /// each side of a ray's own are not independent of it.
     pub fn new(store: Store, reach: i32, budget_bytes: usize) -> Self {
         Self { store, reach, tiles: BudgetCache::new(budget_bytes), path: Path::best() }
@@ -66,16 +66,16 @@ impl CrossingCounter {
         &self.store
     }
 
-    /// How often a tile was loaded so far.
+    /// Number of tile loads so far.
     pub fn tile_loads(&self) -> u64 {
         self.tiles.loads()
     }
 
-    /// Counts the crossings of all `queries` in `tally`. A disc over a border is counted in the tile in which
-    /// the ray crosses it, so once (but for rounding at the border itself), as the tile's own or as its copy.
+    /// Counts the crossings of all `queries` in `tally`. A disc over a border is counted only in the tile in which the
+    /// ray crosses it, as the tile's own or as its copy: once, except for rounding at the border itself.
     ///
     /// # Errors
-    /// When a tile that a ray needs is damaged, or the tally cannot put counts aside.
+    /// When a tile that a ray needs is damaged, or counts cannot be spilled.
     pub fn count(
         &self,
         queries: &[Query],
@@ -127,7 +127,7 @@ impl Job for CountBlock<'_> {
     fn on<S: Simd>(self, simd: S) -> Self::Output {
         let Self { counter, queries, tally, buffers } = self;
         let CountBuffers { journey, rays, lists, crossings } = buffers;
-        // Through all tiles up to where the ray ended, whatever it crosses on the way.
+        // Through all tiles up to the ray's end, whatever it crosses on the way.
         let settings = CastSettings {
             horizon_m: f64::INFINITY,
             beyond_m: ON_M,
@@ -169,7 +169,7 @@ impl Traveller for Counting<'_> {
             let packet = &packets[wait.packet as usize];
             let ends = packet.in_tile(tile.origin_in_world_m, rays);
             rays.from_m = [0.0; RAYS];
-            // What lies on the border belongs to the next tile.
+            // The border itself belongs to the next tile.
             rays.to_m = ends.map(f32::next_down);
             let segment = queries[packet.query(0)].segment;
             let independence = segment.map(|segment| Independence::of(segment, *reach));
@@ -178,8 +178,8 @@ impl Traveller for Counting<'_> {
                 let is_independent = || independence.is_some_and(|i| i.holds(low, high));
                 let beyond_m = rays.measured_m[lane] - range_m;
                 let on = beyond_m <= ON_M as f32;
-                // At grazing incidence the ray leaves the surfel's plane slowly, and a small error of the plane
-                // moves the crossing far.
+                // At grazing incidence the ray leaves the surfel's plane slowly, and a small error of the plane moves
+                // the crossing far.
                 let normal = tile.leaves[leaf].disc(disc, 3);
                 let cos: f32 = (0..3).map(|k| rays.direction[k][lane] * normal[k]).sum();
                 let through = || beyond_m * cos.abs() > ON_M as f32 && is_independent();

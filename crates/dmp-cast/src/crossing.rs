@@ -1,9 +1,9 @@
-//! Where rays cross discs: one formula, for one ray and many discs as for many rays and one disc.
+//! The crossing of a ray and a disc: one formula, for one ray and many discs as for many rays and one disc.
 
 use crate::lanes::{Lanes, Simd, dot};
 use crate::tile::Leaf;
 
-/// A disc is crossed only where the ray is not almost parallel to it: |n·d| of at least this.
+/// Least |n·d|: rays almost parallel to a disc do not cross it.
 pub(crate) const MIN_COS: f32 = 0.01;
 /// Three columns of a leaf, from `first` on.
 #[inline(always)]
@@ -15,8 +15,8 @@ pub(crate) fn columns<S: Simd>(simd: S, leaf: &Leaf, first: usize) -> [S::Sixtee
     ]
 }
 
-/// Where rays cross the planes of discs, the cosine of the incidence, and how far from the disc's centre,
-/// squared.
+/// The crossing of rays with the planes of discs, the cosine of the incidence, and the squared distance from the disc's
+/// centre.
 #[inline(always)]
 pub(crate) fn plane_crossing<L: Lanes>(o: [L; 3], d: [L; 3], c: [L; 3], n: [L; 3]) -> (L, L, L) {
     let to_centre = [c[0] - o[0], c[1] - o[1], c[2] - o[2]];

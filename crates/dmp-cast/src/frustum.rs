@@ -1,26 +1,26 @@
-//! The space that some rays share.
+//! A frustum around several rays.
 
 use crate::crossing::columns;
 use crate::lanes::{Lanes, Mask, Simd, dot};
 use crate::packet_rays::{PacketRays, load3};
 use crate::tile::{Leaf, Node};
 
-/// Rounding of rays and planes, and the millimetre before a tile from which on rays are looked at: nothing is
-/// left out by less than this, metres.
+/// Tolerance for the rounding of rays and planes, and for the millimetre by which rays begin before a tile, metres.
 const SLACK_M: f32 = 3e-3;
-/// Rays further than this from the packet's axis (cosine) do not make a frustum.
+/// Rays farther than this from the packet's axis (cosine) make no frustum.
 const LEAST_COS: f32 = 0.5;
 
-/// Up to here rays cost less together than one by one.
+/// Limit below which rays are faster as a packet than one by one.
 ///
-/// Together every disc meets all rays, so it is the discs in the frustum that cost: they grow with the area of its far
-/// end. One by one it is the rays. `cargo xtask bench cast` prints the speed for other limits: it is flat around this one.
+/// In a packet every disc is tested with all rays, so the cost is the number of discs in the frustum: it grows with the
+/// area of its far end. One by one, the cost is the number of rays. `cargo xtask bench cast` prints the speed for other
+/// limits: it is flat around this one.
 pub(crate) const SQUARES_PER_RAY: u32 = 4;
-/// What a packet costs by itself is more than two rays cost alone.
+/// The overhead of a packet exceeds the cost of two single rays.
 pub(crate) const LEAST_RAYS: u32 = 3;
 
-/// Four planes around some rays, one beyond their ends and one before where they begin: what lies outside any of them no
-/// ray meets.
+/// Four planes around some rays, one beyond their ends and one before their starts: no ray meets anything outside of
+/// any of them.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Frustum {
     planes: [Plane; 6],
@@ -35,17 +35,17 @@ struct Plane {
     at_most: f32,
     /// The same for centres of discs.
     at_most_for_centres: f32,
-    /// Which bounds of a box are the corner furthest inside.
+    /// The bounds of a box at its corner farthest inside.
     corner: [usize; 3],
 }
 
 impl Frustum {
-    /// Around the rays of `lanes` (not none) up to their `to_m`; `None` where they go too far apart.
+    /// Around the rays of `lanes` (not empty) up to their `to_m`; `None` if they diverge too much.
     ///
-    /// In a frame along the packet's axis (a; u and v across) a ray that starts at depth A and at U goes through
-    /// u = U + s (a − A), with s its slope. From its start on, u − S a is at most U − S A for any S that no slope
-    /// exceeds: the largest of these over all rays bounds them by a plane, wherever each of them starts. The same
-    /// for the smallest slope, and for v.
+    /// In a frame along the packet's axis (a; u and v across), a ray from depth A and offset U passes u = U + s (a −
+    /// A), with slope s. From its start on, u − S a is at most U − S A for any S that is no less than every slope. The
+    /// largest of these over all rays is a bounding plane, wherever each ray starts. The same holds for the smallest
+    /// slope, and for v.
     #[inline(always)]
     pub(crate) fn around<S: Simd>(simd: S, rays: &PacketRays, lanes: u32, radius_m: f32) -> Option<Self> {
         let wide = simd.sixteen();
@@ -88,15 +88,15 @@ impl Frustum {
         Some(Self { planes, far_extents_m })
     }
 
-    /// Whether there are at most so many squares of a disc's radius in the far end for each of so many rays.
+    /// Whether the far end has at most this many squares of a disc's radius per ray.
     #[inline(always)]
     pub(crate) fn is_within(&self, squares_per_ray: u32, rays: u32, radius_m: f32) -> bool {
         let [width, height] = self.far_extents_m;
         width * height < squares_per_ray as f32 * rays as f32 * radius_m * radius_m
     }
 
-    /// Which children of a node lie at least in part inside. `BEYOND`: the rays do not begin near their origins, where the sides
-    /// meet, so that what lies before them is left out too.
+    /// The children of a node that are at least partly inside. `BEYOND`: the rays do not begin near their origins,
+    /// where the sides meet, so what lies before them is excluded too.
     #[inline(always)]
     pub(crate) fn children<S: Simd, const BEYOND: bool>(&self, simd: S, node: &Node) -> u32 {
         let [a, b, c, d, e, f] = &self.planes;
@@ -108,7 +108,7 @@ impl Frustum {
         inside.bits()
     }
 
-    /// Which discs of a leaf may, by the spheres around them.
+    /// The discs of a leaf that may be inside, by their bounding spheres.
     #[inline(always)]
     pub(crate) fn discs<S: Simd, const BEYOND: bool>(&self, simd: S, leaf: &Leaf) -> u32 {
         let centre = columns(simd, leaf, 0);
@@ -170,7 +170,7 @@ impl Plane {
 
     #[inline(always)]
     fn new(normal: [f32; 3], at_most: f32, radius_m: f32) -> Self {
-        // At least its length: (1 + x) / 2 is nowhere below √x, and near it for normals near unit vectors.
+        // At least its length: (1 + x) / 2 is nowhere below √x, and near it for almost unit vectors.
         let length = 0.5 * (1.0 + normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]);
         let at_most = at_most + SLACK_M;
         Self {
@@ -182,13 +182,13 @@ impl Plane {
     }
 }
 
-/// Two unit vectors across a unit vector and across each other, the first of them level where that is possible.
+/// Two unit vectors perpendicular to a unit vector and to each other, the first one level if possible.
 #[inline(always)]
 fn across(axis: [f32; 3]) -> [[f32; 3]; 2] {
     let [x, y, z] = axis;
     let level = (x * x + y * y).sqrt();
     if level < 1e-3 {
-        // Straight up or down: the world's axes, less what they have of it.
+        // Straight up or down: the world's axes, minus their parts along it.
         let u = [1.0 - x * x, -x * y, -x * z];
         let v = [-y * x, 1.0 - y * y, -y * z];
         return [u, v];

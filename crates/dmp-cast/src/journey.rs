@@ -1,4 +1,4 @@
-//! Many rays through all tiles, on one path of instructions.
+//! Traverses all tiles with many rays, on one instruction path.
 
 use std::sync::Arc;
 
@@ -9,10 +9,10 @@ use crate::order::Order;
 use crate::query::{CastSettings, Query};
 use crate::rays::Rays;
 
-/// Packets that are on their way at once: what is known of them stays in a core's own cache.
+/// Packets in flight at once: their state stays in a core's own cache.
 const SECTION_PACKETS: usize = 64;
 
-/// What rays go through.
+/// The tiles that rays traverse.
 pub(crate) trait Tiles {
     type Tile;
     fn edge_m(&self) -> f64;
@@ -21,7 +21,7 @@ pub(crate) trait Tiles {
     fn load(&self, tile: TileId) -> Result<Arc<Self::Tile>, MapError>;
 }
 
-/// What rays are sent for.
+/// The work of rays along their way.
 pub(crate) trait Traveller {
     type Tile;
 
@@ -35,11 +35,11 @@ pub(crate) trait Traveller {
         waits: &[Wait],
     ) -> Result<(), MapError>;
 
-    /// All rays of some packets have come to their ends.
+    /// All rays of some packets have ended.
     fn arrive(&mut self, packets: &[Rays]);
 }
 
-/// Rays of a packet that go into a tile.
+/// Rays of a packet that enter a tile.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Wait {
     pub(crate) tile: TileId,
@@ -53,12 +53,12 @@ pub(crate) struct Wait {
 pub(crate) struct JourneyBuffers {
     pub(crate) order: Order,
     packets: Vec<Rays>,
-    /// Packets by the number of tiles they have passed, with the rays that go into the next.
+    /// Packets by the number of tiles they have passed, with the rays that enter the next.
     waiting: Vec<Vec<Wait>>,
 }
 
-/// Takes all queries through the tiles, in the order that the buffers hold, nearest tiles first. Rays are taken
-/// through a tile together, as far as they come to it after as many others.
+/// Traverses the tiles with all queries, in the order of the buffers, nearest tiles first. Rays enter a tile together
+/// if they reach it after the same number of tiles.
 #[inline(always)]
 pub(crate) fn travel<S: Simd, T: Tiles>(
     simd: S,
@@ -84,7 +84,7 @@ pub(crate) fn travel<S: Simd, T: Tiles>(
         let mut count = 0;
         while start < order.len() && count < SECTION_PACKETS {
             let mut packet = order.packet(start);
-            // Rays of a packet are of one segment.
+            // All rays of a packet have one segment.
             let segment = |entry: u64| queries[entry as u32 as usize].segment;
             if let Some(other) = packet.iter().position(|&entry| segment(entry) != segment(packet[0])) {
                 packet = &packet[..other];

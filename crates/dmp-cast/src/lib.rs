@@ -1,18 +1,19 @@
 //! The tiled BVH caster: rays in; first, nearest and first-independent surfel ranges out.
 //!
 //! # Brief overview
-//! A [`Caster`] stands on a map (a [`Store`](dmp_map::Store) on disk, or any [`TileSource`](dmp_map::TileSource)) and
-//! answers blocks of [`Query`]s with [`Answer`]s: where a ray crosses the map first (the z' of Zhang & Chen 2021,
-//! eq. 7), where nearest to the measured range, and where first among the surfels that owe nothing to the ray's own
-//! part of the drive. The three come from one walk; who asks for it has the normal of the first surfel too.
+//! A [`Caster`] casts into a map (a [`Store`](dmp_map::Store) on disk, or any [`TileSource`](dmp_map::TileSource)) and
+//! answers blocks of [`Query`]s with [`Answer`]s. An answer has three ranges: the first crossing with the map (the z'
+//! of Zhang & Chen 2021, eq. 7), the crossing nearest to the measured range, and the first one with a surfel
+//! independent of the ray's own part of the drive. One traversal finds all three, and optionally the normal of the
+//! first surfel.
 //!
-//! Rays go through the map's tiles nearest first, together with their neighbours: in packets of sixteen where that
-//! pays, one by one elsewhere. Every tile has a tree of its own, eight wide, over leaves of sixteen discs that are
-//! tested at once, with AVX-512, AVX2 or what every processor has ([`Path`]). None of this changes a bit of an
-//! answer. How it works and why is told in `docs/casting.md`, how fast it is in `docs/performance.md`.
+//! Rays traverse the map's tiles nearest first, together with their neighbours: in packets of sixteen where that is
+//! faster, else one by one. Every tile has its own tree, eight wide, with leaves of sixteen discs that are tested at
+//! once, with AVX-512, AVX2 or the baseline instructions ([`Path`]). None of this changes a bit of an answer.
+//! `docs/casting.md` explains the method, `docs/performance.md` has the speed.
 //!
-//! A miss is `None`, never a range. World coordinates are `f64`; inside a tile, `f32` from the place
-//! where the ray enters it.
+//! A miss is `None`, never a range. World coordinates are `f64`; inside a tile, `f32` relative to the place where the
+//! ray enters it.
 //!
 //! ```
 //! use dmp_cast::{CastBuffers, CastSettings, Caster, Query};

@@ -1,6 +1,6 @@
-//! Lists that grow ahead of what is written into them.
+//! Lists that are extended before they are written.
 
-/// Makes a list at least so long. To be called where nothing is at hand yet that would have to be put aside.
+/// Extends a list to at least this length. Call it before vectors are in registers, which it would spill.
 #[inline(always)]
 pub(crate) fn grow_to(list: &mut Vec<u32>, length: usize) {
     #[cold]

@@ -1,8 +1,8 @@
-//! The normals of what rays cross first.
+//! Computes the normals of rays' first crossings.
 //!
-//! The kernels keep ranges alone: to carry along which disc a range is of would cost every ray, and scores ask for none.
-//! So normals are a second look, of the rays that ask, in the tile where each found its first: no further and no nearer
-//! than that range. Few boxes hold one place, and crossings have one formula, so the disc is the one that was crossed.
+//! The kernels keep only ranges: to keep the disc as well would cost every ray, and scores need none. So normals are a
+//! second search, for the rays that request them, in the tile of their first crossing and at exactly that range. Few
+//! boxes contain one place, and crossings have one formula, so the same disc is found.
 
 use crate::lanes::Simd;
 use crate::packet::{PacketAnswers, Visit};
@@ -13,10 +13,10 @@ use crate::tile::TileView;
 /// A unit normal in the world.
 pub(crate) type Normal = [f32; 3];
 
-/// The normals of the discs that some rays of a visit have crossed first, where that is nearer than `before`, turned
-/// towards where the rays come from. Of discs crossed in the same place it is the one that comes first in the tree.
+/// The normals of the discs that some rays of a visit cross first, if nearer than `before`, turned towards the rays'
+/// origins. Among discs crossed at the same place, the first in the tree is chosen.
 ///
-/// The visit's rays end at these places then.
+/// Afterwards the visit's rays end at these places.
 #[inline(always)]
 pub(crate) fn normals<S: Simd>(
     simd: S,

@@ -1,41 +1,41 @@
-//! Which rays go together.
+//! Groups rays into packets.
 
 use crate::bands::{AZIMUTH_BITS, Bands};
 use crate::packet_rays::RAYS;
 use crate::query::Query;
 
-/// Packets are cut at gaps only where they have so many rays: with fewer, what a packet costs by itself is worse than
-/// rays that do not belong together.
+/// Packets are cut at gaps only if they have this many rays: with fewer, the overhead of a packet is worse than
+/// unrelated rays.
 const LEAST_RAYS: usize = 8;
-/// Rays whose origins are further apart do not belong together: those of another scan, metres.
+/// Rays with origins farther apart are of different scans and not grouped, metres.
 const ORIGINS_M: f64 = 0.5;
 
-/// Bits sorted by at a time.
+/// Bits per pass of the radix sort.
 const DIGIT_BITS: u32 = 12;
 const DIGITS: usize = 1 << DIGIT_BITS;
 
-/// Rays in the order in which they are cast, and their packets.
+/// The casting order of rays, and their packets.
 #[derive(Debug, Default)]
 pub(crate) struct Order {
-    /// Key above, index of the query below.
+    /// Key in the high bits, index of the query in the low ones.
     sorted: Vec<u64>,
     other: Vec<u64>,
     counts: Vec<u32>,
     bands: Bands,
-    /// Of the discs for which it was made, metres; NaN where it is that of the queries.
+    /// The radius of the discs for which it was made, metres; NaN for the order of the queries.
     radius_m: f32,
 }
 
 impl Order {
-    /// Takes the queries as they come.
+    /// Keeps the order of the queries.
     pub(crate) fn as_given(&mut self, queries: &[Query]) {
         self.sorted.clear();
         self.sorted.extend(0..queries.len() as u64);
         self.radius_m = f32::NAN;
     }
 
-    /// Keeps the order there is, of the same returns as others posed them; makes one where there is none of as many rays into
-    /// discs of this radius.
+    /// Keeps the existing order, made for the same returns in other poses; makes one if there is none for this many
+    /// rays and this radius.
     #[inline(always)]
     pub(crate) fn of_last(&mut self, queries: &[Query], radius_m: f32) {
         if self.len() != queries.len() || self.radius_m != radius_m {
@@ -43,13 +43,12 @@ impl Order {
         }
     }
 
-    /// Brings neighbours in direction and range together, among rays that follow each other from about one place
-    /// in one segment.
+    /// Sorts rays by direction and range, among consecutive rays of one segment with almost the same origin.
     ///
-    /// Rays are cut into eight sectors, so that what is cast one after the other meets the same part of the map, a
-    /// sector into shells by the octave of the measured range, a shell into bands of elevation, and a band is run through by
-    /// azimuth. So the rings of a spinning sensor come out one after the other without their numbers being known; near ones,
-    /// which lie closer than a disc, together, and the pixels of an image in squares. `radius_m` is that of the discs.
+    /// Rays are divided into eight sectors, so that consecutive ones meet the same part of the map. A sector is divided
+    /// into shells by the octave of the measured range, a shell into bands of elevation, and a band is ordered by
+    /// azimuth. So the rings of a spinning sensor are separated without their numbers. Near rings, which are closer
+    /// than a disc, are joined, and so are the pixels of an image in squares. `radius_m` is that of the discs.
     #[inline(always)]
     pub(crate) fn by_direction(&mut self, queries: &[Query], radius_m: f32) {
         self.sorted.clear();
@@ -109,14 +108,14 @@ impl Order {
         self.sorted.len()
     }
 
-    /// About the packet after the one that begins at `start`.
+    /// Approximately the packet after the one that begins at `start`.
     #[inline(always)]
     pub(crate) fn after_packet(&self, start: usize) -> &[u64] {
         let at = |index: usize| self.len().min(index);
         &self.sorted[at(start + RAYS)..at(start + 2 * RAYS)]
     }
 
-    /// The packet that begins at `start`: up to sixteen rays, where possible of one band and without a gap.
+    /// The packet that begins at `start`: up to sixteen rays, if possible of one band and without a gap.
     #[inline(always)]
     pub(crate) fn packet(&self, start: usize) -> &[u64] {
         let rest = &self.sorted[start..self.len().min(start + RAYS)];
@@ -231,7 +230,7 @@ mod tests {
             .collect();
         let packets = packets_of(&queries);
         let narrow = packets.iter().filter(|([width, height], _)| width.hypot(*height) < 0.08).count();
-        // Where a band ends, and a sector, what is left of it goes with what comes next.
+        // At the end of a band or sector, its remainder joins the next packet.
         assert!(
             packets.len() <= queries.len() / RAYS + 300 && narrow * 10 > packets.len() * 9,
             "{narrow} of {}",
@@ -241,7 +240,7 @@ mod tests {
 
     #[test]
     fn rings_that_lie_far_apart_stay_apart() {
-        // 16 rings two degrees apart: as far away as these are, more than three metres.
+        // 16 rings two degrees apart: at this distance, more than three metres.
         let queries: Vec<Query> = (0..1800)
             .flat_map(|a| (0..16).map(move |ring| (f64::from(a), f64::from(ring))))
             .map(|(a, ring)| query((a - 900.0) * 0.00349, (ring - 8.0) * 0.035, 90.0))

@@ -1,4 +1,4 @@
-//! Sixteen rays of one tile at once.
+//! Casts sixteen rays at once within a tile.
 
 use dmp_map::Independence;
 
@@ -9,25 +9,25 @@ use crate::lists::grow_to;
 use crate::packet_rays::{Column, PacketRays, RAYS, load3};
 use crate::tile::{LEAF_DISCS, TileView, WIDTH};
 
-/// The best answers so far; infinite where there is none, negatively infinite where the answer is final.
+/// The best answers so far; infinite without one, negatively infinite if the answer is final.
 #[derive(Debug, Clone, Default)]
 #[repr(align(64))]
 pub(crate) struct PacketAnswers {
     pub(crate) first_m: Column,
     pub(crate) nearest_m: Column,
-    /// |nearest − measured|; before there is one, the half-width of the window.
+    /// |nearest − measured|; initially the half-width of the window.
     pub(crate) gap_m: Column,
     pub(crate) independent_m: Column,
     /// A bit for each ray.
     pub(crate) revisited: u32,
 }
 
-/// Packets that are in a tile at the same time.
+/// Packets processed in a tile at the same time.
 pub(crate) const PACKETS: usize = 8;
-/// Bits of a pair that number the packet.
+/// Bits of a pair for the packet's number.
 const PACKET_BITS: u32 = PACKETS.ilog2();
 
-/// So many leaves before one is looked at it is brought into the cache.
+/// Leaves are prefetched this many steps ahead.
 const LEAVES_AHEAD: usize = 4;
 
 /// A packet in a tile.
@@ -38,13 +38,13 @@ pub(crate) struct Visit {
     pub(crate) answers: PacketAnswers,
     pub(crate) independence: Option<Independence>,
     pub(crate) revisit: Option<Independence>,
-    /// Whether the rays that have gone beyond their places look for nothing but what is independent.
+    /// Whether the rays beyond their places only search independent surfels.
     pub(crate) only_independent: bool,
 }
 
 impl Visit {
-    /// Lets those of `lanes` go on to `ends_m` that may find something there that changes an answer, those that are `done` so far
-    /// from where they came to; says which.
+    /// Extends those rays of `lanes` to `ends_m` that may still change an answer there; rays in `done` start where they
+    /// ended. Returns the extended rays.
     #[inline(always)]
     pub(crate) fn go_beyond<S: Simd>(&mut self, simd: S, done: u32, lanes: u32, ends_m: &Column) -> u32 {
         let wide = simd.sixteen();
@@ -69,10 +69,10 @@ impl Visit {
     }
 }
 
-/// Most discs that are put aside at a time.
+/// Most discs that are buffered.
 const ASIDE: usize = 16;
 
-/// A disc that some ray hits, and the range at which each does: infinite where it misses.
+/// A disc that some ray hits, and the range of each hit: infinite for a miss.
 #[derive(Debug, Clone, Copy, Default)]
 #[repr(align(64))]
 struct Hit {
@@ -82,27 +82,27 @@ struct Hit {
     lanes: u32,
 }
 
-/// Lists of [`CastPackets`], kept for the next.
+/// Lists of [`CastPackets`], reused.
 #[derive(Debug, Default)]
 pub(crate) struct PacketLists {
     /// A node and a packet.
     nodes: Vec<u32>,
     /// A leaf and a packet.
     leaves: Vec<u32>,
-    /// For each packet discs: sixteen times the leaf, plus the place in it.
+    /// For each packet discs: sixteen times the leaf, plus the index in it.
     discs: [Vec<u32>; PACKETS],
     aside: [Hit; ASIDE],
 }
 
-/// Improves the answers of packets by all their crossings.
+/// Updates the answers of packets with all their crossings.
 ///
-/// In three steps, each one plain loop: the nodes that the frustum around a packet meets give leaves, leaves give
-/// discs, and every disc meets all rays. One packet alone would wait at every node for what the last one said, so
-/// several take turns: the lists are worked off from the front and grow at their end.
+/// It has three steps, each one plain loop: nodes that meet the frustum of a packet give leaves, leaves give discs, and
+/// every disc is tested with all rays. A single packet would wait at every node for the previous result. So several
+/// packets alternate: lists are processed from the front and grow at the end.
 pub(crate) struct CastPackets<'a, const THREE: bool, const BEYOND: bool> {
     pub(crate) tile: &'a TileView<'a>,
     pub(crate) visits: &'a mut [Visit; PACKETS],
-    /// A bit for each visit that is to be cast.
+    /// A bit for each visit to cast.
     pub(crate) together: u32,
     pub(crate) lists: &'a mut PacketLists,
 }
@@ -126,7 +126,7 @@ impl<const THREE: bool, const BEYOND: bool> Job for CastPackets<'_, THREE, BEYON
     }
 }
 
-/// [`Independence::bounds`]; none that any surfel could meet, where nothing is independent.
+/// [`Independence::bounds`]; bounds that no surfel satisfies if nothing is independent.
 #[inline(always)]
 fn bounds_of(independence: Option<Independence>) -> [i32; 2] {
     independence.map_or([i32::MIN, i32::MAX], Independence::bounds)
@@ -143,7 +143,7 @@ fn gather_leaves<'a, S: Simd, const BEYOND: bool>(
 ) -> &'a [u32] {
     let eight = simd.eight();
     grow_to(nodes, RAYS);
-    // Every packet at the root.
+    // Every packet starts at the root.
     S::Sixteen::pack_lanes(simd.sixteen(), 0, together, nodes);
     let (mut at, mut end, mut count) = (0, together.count_ones() as usize, 0);
     while at < end {
@@ -166,7 +166,7 @@ fn gather_leaves<'a, S: Simd, const BEYOND: bool>(
     &leaves[..count]
 }
 
-/// Fills the lists of discs; says how many there are in each.
+/// Fills the lists of discs; returns their lengths.
 #[inline(always)]
 fn gather_discs<S: Simd, const BEYOND: bool>(
     simd: S,
@@ -179,7 +179,7 @@ fn gather_discs<S: Simd, const BEYOND: bool>(
     for (k, &pair) in leaves.iter().enumerate() {
         if let Some(&later) = leaves.get(k + LEAVES_AHEAD) {
             let later = (later >> PACKET_BITS) as usize;
-            // Their normals and segments too, for the discs that are left.
+            // Also their normals and segments, for the remaining discs.
             fetch(&tile.leaves[later]);
             fetch(&tile.support[later]);
         }
@@ -193,9 +193,9 @@ fn gather_discs<S: Simd, const BEYOND: bool>(
     counts
 }
 
-/// Every disc meets all rays, and those that any ray hits are put aside; of three answers only these are compared with the best so
-/// far. Two short loops have what they need in registers, where one has not. What is hit is decided by masks and counts, not by
-/// jumps, which would be guessed wrong every other time.
+/// Tests every disc with all rays and buffers the hits; with three answers, only hits are compared with the best so
+/// far. Two short loops keep their data in registers, one long loop would not. Hits are selected by masks and counts
+/// instead of branches, which would be mispredicted half of the time.
 #[inline(always)]
 fn cross<S: Simd, const THREE: bool, const BEYOND: bool>(
     simd: S,
@@ -229,7 +229,7 @@ fn cross<S: Simd, const THREE: bool, const BEYOND: bool>(
             let normal = S::Sixteen::splat3(wide, tile.leaves[leaf].disc(place, 3));
             let (range, cos, off2) = plane_crossing(origin, direction, centre, normal);
             let hits = min_cos.le(cos.abs()) & off2.le(radius2) & from.le(range) & range.le(to);
-            // Nowhere near anything where it does not hit.
+            // A miss is far from everything.
             let range = range.where_or(hits, infinite);
             if THREE {
                 let hit = &mut aside[count % ASIDE];

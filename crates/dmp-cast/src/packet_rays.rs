@@ -6,8 +6,8 @@ use crate::lanes::{Lanes, Mask, Simd};
 pub(crate) const RAYS: usize = 16;
 pub(crate) type Column = [f32; RAYS];
 
-/// Sixteen rays inside one tile: ranges count from the places where they enter it. Where none goes `to_m` lies
-/// before `from_m`.
+/// Sixteen rays inside one tile: ranges count from the places where they enter it. For inactive rays `to_m` is below
+/// `from_m`.
 #[derive(Debug, Clone, Default)]
 #[repr(align(64))]
 pub(crate) struct PacketRays {
@@ -15,15 +15,16 @@ pub(crate) struct PacketRays {
     pub(crate) origin_m: [Column; 3],
     pub(crate) direction: [Column; 3],
     pub(crate) measured_m: Column,
-    /// The last range that may be of what was measured: [`CastSettings::return_m`](crate::CastSettings::return_m) behind that.
+    /// The last range that may belong to the measured surface:
+    /// [`CastSettings::return_m`](crate::CastSettings::return_m) behind it.
     pub(crate) place_m: Column,
-    /// Crossings are looked for between these.
+    /// Bounds of the search for crossings.
     pub(crate) from_m: Column,
     pub(crate) to_m: Column,
 }
 
 impl PacketRays {
-    /// Lets only some of the rays go; says which of them have a way to go.
+    /// Deactivates all but some rays; returns the active ones.
     #[inline(always)]
     pub(crate) fn limit_to<S: Simd>(&mut self, simd: S, lanes: u32) -> u32 {
         let wide = simd.sixteen();

@@ -1,10 +1,10 @@
-//! Which vector instructions rays are cast with.
+//! Selects the vector instructions for casting.
 
 #[cfg(target_arch = "x86_64")]
 use crate::lanes::{Avx2, Avx512};
 use crate::lanes::{Job, Portable, Simd};
 
-/// The instructions that rays are cast with. All give the same bits.
+/// The vector instructions for casting. All give the same bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Path(Instructions);
 
@@ -26,7 +26,7 @@ impl PartialEq for Instructions {
 impl Eq for Instructions {}
 
 impl Path {
-    /// Those that this processor has, the fastest first.
+    /// Those available on this processor, the fastest first.
     pub fn all() -> Vec<Self> {
         #[cfg(target_arch = "x86_64")]
         let wide = [Avx512::found().map(Instructions::Avx512), Avx2::found().map(Instructions::Avx2)];
@@ -35,7 +35,7 @@ impl Path {
         wide.into_iter().flatten().chain([Instructions::Portable(Portable)]).map(Self).collect()
     }
 
-    /// The fastest that this processor has.
+    /// The fastest available on this processor.
     pub fn best() -> Self {
         Self::all()[0]
     }

@@ -1,64 +1,64 @@
-//! What is asked of a map along a ray, and what it answers.
+//! The query along a ray, and its answer.
 
 use dmp_map::Independence;
 
-/// A ray and what was measured along it. One that begins beyond ±5e7 m, where no map is, or whose direction is no unit
-/// vector finds nothing.
+/// A ray and its measured range. A ray that begins beyond ±5e7 m, where no map is, or whose direction is no unit
+/// vector, finds nothing.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[repr(align(64))] // Rays are taken out of order: each from one cache line.
+#[repr(align(64))] // Rays are read out of order: each from one cache line.
 pub struct Query {
-    /// Where the ray starts, world frame, metres.
+    /// Origin of the ray, world frame, metres.
     pub origin_in_world_m: [f64; 3],
     /// Unit direction, world frame.
     pub direction_in_world: [f64; 3],
     /// The measured range z, metres.
     pub measured_m: f64,
-    /// Segment of the drive in which it was measured; `None` for a map without segments, where no
-    /// surfel counts as independent.
+    /// Segment of the drive in which it was measured; `None` for a map without segments, where no surfel is
+    /// independent.
     pub segment: Option<i32>,
 }
 
-/// What the map predicts along a ray; ranges in metres from the ray's origin, `None` for a miss.
+/// The predictions along a ray; ranges in metres from the ray's origin, `None` for a miss.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[repr(align(64))] // Written out of order, as queries are read.
 pub struct Answer {
     /// z1: the first surfel crossed.
     pub first_m: Option<f64>,
-    /// zn: the crossing nearest to the measured range, if one lies within the window; of two equally
-    /// near, the nearer to the sensor.
+    /// zn: the crossing nearest to the measured range, if one lies within the window; of two equally near, the nearer
+    /// to the sensor.
     pub nearest_m: Option<f64>,
     /// zc: the first independent surfel crossed.
     pub independent_m: Option<f64>,
-    /// Whether a surfel crossed from the sensor up to [`CastSettings::return_m`] behind the return is independent at the wider
-    /// reach: the place was seen on another visit. What the ray would meet further on says nothing of the place.
+    /// Whether a surfel crossed between the sensor and [`CastSettings::return_m`] behind the return is independent at
+    /// the wider reach: the place was seen on another visit. Surfels farther along the ray are irrelevant for the
+    /// place.
     pub revisited: bool,
 }
 
-/// How far and for what the caster looks.
+/// The settings of a caster.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CastSettings {
-    /// Nothing beyond is seen, as with a real sensor: crossings further than this are misses, metres.
+    /// Crossings farther than this are misses, as with a real sensor, metres.
     pub horizon_m: f64,
-    /// Half-width of the window around the measured range in which zn is looked for, metres.
+    /// Half-width of the window around the measured range for zn, metres.
     pub window_m: f64,
-    /// Segments to each side of a ray's own that cannot vouch for it.
+    /// Segments to each side of a ray's own that are not independent of it.
     pub reach: i32,
     /// The same for `revisited`.
     pub revisit_reach: i32,
-    /// Nothing further than this behind the measured range is looked for, metres: infinite for the predictions
-    /// that the scores are made of.
+    /// The search ends this far behind the measured range, metres: infinite for the predictions of the scores.
     pub beyond_m: f64,
-    /// A crossing up to this far behind the measured range may still be of what was measured, metres. Rays go in packets
-    /// as far as that.
+    /// A crossing up to this far behind the measured range may still belong to the measured surface, metres. Packets of
+    /// rays go that far.
     pub return_m: f64,
-    /// Which answers are wanted.
+    /// The requested answers.
     pub wanted: Wanted,
 }
 
-/// Which answers are wanted of the three.
+/// The requested answers of the three.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Wanted {
-    /// z1 alone, the paper's: all else is `None`.
+    /// Only z1, the paper's: the others are `None`.
     First,
     /// z1, zn and zc.
     #[default]

@@ -1,7 +1,7 @@
-//! Rays of one tile one by one: each goes down the tree by itself.
+//! Casts rays one by one within a tile: each traverses the tree by itself.
 //!
-//! One ray alone would wait at every node for what the last one said. So sixteen are on their way at once, in turns:
-//! a list of pairs of a ray and a node is worked off from the front and grows at its end.
+//! A single ray would wait at every node for the previous result. So sixteen alternate: a list of pairs of a ray and a
+//! node is processed from the front and grows at its end.
 
 use crate::crossing::{MIN_COS, columns, plane_crossing};
 use crate::lanes::{Job, Lanes, Mask, Simd, fetch};
@@ -9,18 +9,18 @@ use crate::lists::grow_to;
 use crate::packet_rays::{Column, PacketRays, RAYS, load3};
 use crate::tile::{LEAF_DISCS, Node, TileView, WIDTH};
 
-/// A box's corners and a ray's ranges are rounded: nothing is left out by less than this, metres.
+/// Tolerance for the rounding of boxes and ranges, metres.
 const SLACK_M: f32 = 1e-4;
-/// Stands for one over a direction of nothing: products with it are large, and never NaN.
+/// Replaces 1/0 for a zero direction component: products with it are large and never NaN.
 const STEEPEST: f32 = 1e20;
-/// So many leaves before one is looked at it is brought into the cache.
+/// Leaves are prefetched this many steps ahead.
 const LEAVES_AHEAD: usize = 2;
-/// Bits of a pair that number the ray.
+/// Bits of a pair for the ray's number.
 const LANE_BITS: u32 = RAYS.ilog2();
 
-/// What is looked for along rays.
+/// A search along rays.
 pub(crate) trait Search {
-    /// Which children of a node may hold something that matters to a ray, of those it goes through: all, unless said.
+    /// The children of a node that may matter to a ray, among those it crosses: all by default.
     #[inline(always)]
     fn children<S: Simd>(
         &self,
@@ -33,7 +33,7 @@ pub(crate) trait Search {
         S::Eight::mask_of(simd.eight(), u32::MAX)
     }
 
-    /// Where a ray crosses which discs of a leaf.
+    /// Receives a ray's crossings with the discs of a leaf.
     fn take<S: Simd>(
         &mut self,
         simd: S,
@@ -44,7 +44,7 @@ pub(crate) trait Search {
     );
 }
 
-/// Lists of [`SearchRays`], kept for the next.
+/// Lists of [`SearchRays`], reused.
 #[derive(Debug, Default)]
 pub(crate) struct SearchLists {
     /// A node and a ray.
@@ -53,7 +53,7 @@ pub(crate) struct SearchLists {
     leaves: Vec<u32>,
 }
 
-/// Tells `found` all crossings of some rays, in no order that means anything.
+/// Passes all crossings of some rays to `found`, in arbitrary order.
 pub(crate) struct SearchRays<'a, F> {
     pub(crate) tile: &'a TileView<'a>,
     pub(crate) rays: &'a PacketRays,
@@ -112,7 +112,7 @@ fn gather<'a, S: Simd, F: Search>(
     let slabs = Slabs::new(simd, rays);
     let SearchLists { nodes, leaves } = lists;
     grow_to(nodes, RAYS);
-    // Every ray at the root.
+    // Every ray starts at the root.
     S::Sixteen::pack_lanes(simd.sixteen(), 0, lanes, nodes);
     let (mut at, mut end, mut count) = (0, lanes.count_ones() as usize, 0);
     while at < end {
@@ -138,10 +138,10 @@ fn of_lane(columns: &[Column; 3], lane: usize) -> [f32; 3] {
     [columns[0][lane], columns[1][lane], columns[2][lane]]
 }
 
-/// Rays against the boxes of nodes.
+/// Tests rays against the boxes of nodes.
 struct Slabs {
     inverse: [Column; 3],
-    /// The bounds that are met first along each axis, the least or the largest, and last.
+    /// For each axis the bound met first, the lower or the upper, and the bound met last.
     near: [[u32; RAYS]; 3],
     far: [[u32; RAYS]; 3],
 }
@@ -166,7 +166,7 @@ impl Slabs {
         slabs
     }
 
-    /// Where a ray enters and leaves each child's box: the other way round where it misses it.
+    /// The ranges at which a ray enters and leaves each child's box; reversed for a miss.
     #[inline(always)]
     fn through<S: Simd>(&self, simd: S, rays: &PacketRays, lane: usize, node: &Node) -> (S::Eight, S::Eight) {
         let eight = simd.eight();
@@ -214,7 +214,7 @@ impl<F: FnMut(usize, usize, usize, f32)> Search for Each<F> {
     }
 }
 
-/// The discs of a leaf that are hit, with the ranges.
+/// The hit discs of a leaf, with their ranges.
 #[inline(always)]
 pub(crate) fn each_hit<L: Lanes>(ranges_m: L, hits: L::Mask, mut hit: impl FnMut(usize, f32)) {
     let mut hits = hits.bits();

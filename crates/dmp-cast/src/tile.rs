@@ -1,4 +1,4 @@
-//! A tile as rays are cast into it: a tree over leaves of discs.
+//! A tile prepared for casting: a tree with leaves of discs.
 
 use dmp_disk::Weight;
 use dmp_map::Independence;
@@ -10,7 +10,7 @@ pub(crate) const WIDTH: usize = 8;
 /// Most discs of a leaf.
 pub(crate) const LEAF_DISCS: usize = 16;
 
-/// One tile as rays are cast into it: a tree eight wide over leaves of up to sixteen discs.
+/// One tile prepared for casting: a tree eight wide with leaves of up to sixteen discs.
 #[derive(Debug, Default)]
 pub struct CastTile {
     pub(crate) origin_in_world_m: [f64; 3],
@@ -18,11 +18,11 @@ pub struct CastTile {
     /// The root first, parents before their children.
     pub(crate) nodes: Vec<Node>,
     pub(crate) leaves: Vec<Leaf>,
-    /// Which segments saw the discs of each leaf.
+    /// The segments that saw the discs of each leaf.
     pub(crate) support: Vec<LeafSupport>,
 }
 
-/// A [`CastTile`] as the kernels have it at hand: where its lists are is known without a look into memory.
+/// A [`CastTile`] for the kernels: slices that need no further indirection.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct TileView<'a> {
     pub(crate) origin_in_world_m: [f64; 3],
@@ -39,15 +39,15 @@ impl CastTile {
     }
 }
 
-/// Eight boxes with what is in them. A place without a child has a box that nothing can meet.
+/// Eight boxes and their content. An unused place has a box that no ray meets.
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(64))]
 pub(crate) struct Node {
     /// Least x, y and z, then largest, of each child, metres from the tile's origin.
     pub(crate) bounds: [[f32; WIDTH]; 6],
-    /// Of everything below each child: no surfel of it can be independent of an earlier segment.
+    /// Minimum over everything below each child: no surfel there is independent of an earlier segment.
     pub(crate) min_third_lowest: [i32; WIDTH],
-    /// Nor of a later one.
+    /// Maximum likewise, for a later segment.
     pub(crate) max_third_highest: [i32; WIDTH],
     /// Indices of nodes or leaves.
     pub(crate) children: [u32; WIDTH],
@@ -55,8 +55,8 @@ pub(crate) struct Node {
     pub(crate) leaves: u32,
 }
 
-/// Sixteen discs in columns, one number of all of them in a cache line: centre x, y, z (metres from the tile's
-/// origin), normal x, y, z. A place without a disc has no normal, so that no ray crosses it, and a centre far off.
+/// Sixteen discs in columns, one component of all of them per cache line: centre x, y, z (metres from the tile's
+/// origin), normal x, y, z. An unused place has a zero normal, so that no ray crosses it, and a distant centre.
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(64))]
 pub(crate) struct Leaf(pub(crate) [[f32; LEAF_DISCS]; 6]);
@@ -86,7 +86,7 @@ impl Node {
         self.bounds[0][place] <= self.bounds[3][place]
     }
 
-    /// Which children may hold a surfel that is independent.
+    /// The children that may have an independent surfel.
     #[inline(always)]
     pub(crate) fn may_hold<S: Simd>(&self, simd: S, independence: Independence) -> <S::Eight as Lanes>::Mask {
         let [below, above] = independence.bounds();

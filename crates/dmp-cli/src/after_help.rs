@@ -42,7 +42,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn examples_are_told_from_sentences() {
+    fn examples_are_not_sentences() {
         let parts = help_parts(
             "Examples:\n  dmp a\n    dmp b\n\nExit codes: 0 done; 1: no.\n\nIn one line or two: that",
         );

@@ -53,7 +53,7 @@ pub(crate) fn refuse_same(input: &Path, output: &Path) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Refuses an output where another output comes to lie, or in a log that is another output.
+/// Refuses an output in the place of another output, or in a log that is another output.
 fn refuse_shared(other: &Path, output: &Path) -> anyhow::Result<()> {
     if !output.is_dir() && is_same_place(other, output) {
         bail!(Usage(format!("{}: two outputs would have this name", output.display())));
@@ -171,7 +171,7 @@ fn holds(folder: &Path, depth: u32, file: &Path) -> bool {
     })
 }
 
-/// Whether two paths come to be one file, whether it is there yet or not.
+/// Whether two paths are one file, whether it exists yet or not.
 pub(crate) fn is_same_place(a: &Path, b: &Path) -> bool {
     if a.exists() && b.exists() {
         // Devices and pipes take as much as one likes.
@@ -179,7 +179,7 @@ pub(crate) fn is_same_place(a: &Path, b: &Path) -> bool {
     }
     let place = |path: &Path| {
         let place = place_of(path).unwrap_or_else(|_| Some(path.to_path_buf()))?;
-        // Where disks do not tell them apart.
+        // Where file names ignore case.
         let folds = cfg!(any(windows, target_os = "macos"));
         Some(if folds { place.to_string_lossy().to_lowercase().into() } else { place })
     };

@@ -1,33 +1,29 @@
-//! `dmp completions`: what a shell needs to complete the command line.
+//! `dmp completions`: scripts that complete the command line.
 
-use std::io::Write;
+use std::io::Write as _;
 
-use clap::{Args, Command};
-use clap_complete::{Shell, generate};
+use clap_complete::generate;
 
+use crate::common::Common;
 use crate::exit::Exit;
+use crate::options::{Asked, Out, Spec, tools};
 
-/// Print what a shell needs to complete commands and options
-#[derive(Debug, Args)]
-#[command(after_help = "Examples:\n  \
-    dmp completions bash > ~/.local/share/bash-completion/completions/dmp\n  \
-    dmp completions zsh > ~/.zfunc/_dmp\n  \
-    dmp completions fish > ~/.config/fish/completions/dmp.fish")]
-pub(crate) struct CompletionsArgs {
-    /// The shell
-    #[arg(value_enum, value_name = "SHELL")]
-    shell: Shell,
-}
+pub(crate) static SPEC: Spec = Spec {
+    name: "completions",
+    about: "Print the script with which a shell completes commands and options",
+    after: "Examples:\n  \
+            dmp completions bash > ~/.local/share/bash-completion/completions/dmp\n  \
+            dmp completions zsh > ~/.zfunc/_dmp\n  \
+            dmp completions fish > ~/.config/fish/completions/dmp.fish",
+    options: &[&[&tools::SHELL]],
+    run,
+    ..Spec::EMPTY
+};
 
-/// Prints what completes `command`.
-pub(crate) fn run(
-    arguments: &CompletionsArgs,
-    mut command: Command,
-    out: &mut impl Write,
-) -> anyhow::Result<Exit> {
-    // It panics where it cannot write: a reader that goes away must not be met there.
+fn run(asked: &Asked, _: &Common, out: &mut Out<'_>) -> anyhow::Result<Exit> {
+    // It panics where it cannot write, so it does not write to a pipe.
     let mut script = Vec::new();
-    generate(arguments.shell, &mut command, "dmp", &mut script);
+    generate(asked.need(&tools::SHELL)?, &mut crate::command(), "dmp", &mut script);
     out.write_all(&script)?;
     Ok(Exit::Done)
 }

@@ -1,20 +1,15 @@
-//! Reports made by hand, for tests.
+//! Reports made by hand, for tests: the scores of the sample data with other runs, pairs and numbers.
 
-use dmp::{
-    Basis, ConfigReport, DropReport, Ego, EgoReport, InputReport, MapReport, MemoryReport, PairReport,
-    PassTimes, PromiseReport, Report, RunReport, SamplingReport, ScaleReport, ScaleScores, Scales,
-    SegmentReport, Verdict, Warning, Withheld,
-};
+use dmp::{Basis, PairReport, Report, RunReport, ScaleReport, ScaleScores, Verdict, Withheld};
+use serde_json::{Value, json};
 
-/// Truth and noise not told apart, drift worse, and mixed against noise.
+/// Truth and noise undecided, drift worse, and mixed against noise.
 pub(crate) fn three_runs() -> Report {
     let mut drift = run("drift", 2.0);
     drift.coverage = Some(0.431);
-    drift.r_cv_m2 = ScaleScores::new([10.0, 2.0, 0.5, 0.2].map(|scale_m| (scale_m, None)));
-    drift.r_cv_interval_m2 = None;
-    let why = Withheld::from("coverage is 0.431, below 0.5".to_owned());
-    drift.r_cv_withheld = Some(why.clone());
-    drift.warnings = vec![Warning::LowCoverage { why }];
+    let why = "coverage is 0.431, below 0.5";
+    withhold(&mut drift, why);
+    drift.warnings = vec![format!("R_cv is not given: {why}; pairs are still compared on common returns")];
     let runs = vec![drift, run("größe", 1.1), run("truth", 1.0)];
     let mut undecided = pair("truth", "größe", Basis::CrossValidated, &[10.0, 2.0, 0.5, 0.2]);
     undecided.verdict = Verdict::Undecided;
@@ -30,7 +25,7 @@ pub(crate) fn three_runs() -> Report {
     let pairs = vec![mixed, pair("truth", "drift", Basis::CrossValidated, &[10.0, 2.0, 0.5, 0.2]), undecided];
     let mut report = report(runs, &["truth", "größe", "drift"], pairs);
     report.ties = vec![["truth".into(), "größe".into()]];
-    report.warnings = vec![Warning::Other("3 of 600 scans have no pose in `drift`".into())];
+    report.warnings = vec!["3 of 600 scans have no pose in `drift`".into()];
     report
 }
 
@@ -43,9 +38,7 @@ pub(crate) fn given_maps() -> Report {
     let given = |name, factor| {
         let mut run = run(name, factor);
         (run.coverage, run.coverage_revisit) = (None, None);
-        run.r_cv_m2 = ScaleScores::new([10.0, 2.0, 0.5, 0.2].map(|scale_m| (scale_m, None)));
-        run.r_cv_interval_m2 = None;
-        run.r_cv_withheld = Some(Withheld::Other("the map was given".into()));
+        withhold(&mut run, "the map was given");
         run
     };
     let pairs = vec![pair("a", "b", Basis::Near, &[5.0, 2.0, 0.5])];
@@ -65,41 +58,36 @@ pub(crate) fn many_runs(count: usize) -> Report {
     report(order.iter().map(|name| run(name, 1.0)).collect(), &order, pairs)
 }
 
+fn withhold(run: &mut RunReport, why: &str) {
+    run.r_cv_m2 = ScaleScores::new([10.0, 2.0, 0.5, 0.2].map(|scale_m| (scale_m, None)));
+    run.r_cv_interval_m2 = None;
+    run.r_cv_withheld = Some(Withheld::from(why.to_owned()));
+}
+
+/// The scores of the sample data.
+fn sample() -> Value {
+    serde_json::from_str(include_str!("../../../data-samples/scores.json")).unwrap()
+}
+
+/// Puts fields in place of others.
+fn with(mut value: Value, fields: Value) -> Value {
+    let fields = fields.as_object().unwrap().clone();
+    value.as_object_mut().unwrap().extend(fields);
+    value
+}
+
 fn run(name: &str, factor: f64) -> RunReport {
-    let scaled = |value: f64| Some(factor * value);
-    RunReport {
-        name: name.into(),
-        returns: 1_200_000,
-        frames: 597,
-        dmp_sum_m2: factor * 4_096_000.0,
-        dmp_mean_m2: scaled(3.4567),
-        dmp_depth_sum_m2: None,
-        dmp_depth_mean_m2: None,
-        r_cv_m2: ScaleScores::new([
-            (10.0, scaled(2.25)),
-            (2.0, scaled(0.16)),
-            (0.5, scaled(0.01)),
-            (0.2, scaled(0.0025)),
-        ]),
-        r_cv_interval_m2: Some([factor * 2.0, factor * 2.5]),
-        r_cv_withheld: None,
-        r_near_interval_m2: None,
-        r_near_m2: ScaleScores::new([(5.0, scaled(0.36)), (2.0, scaled(0.04)), (0.5, scaled(0.0004))]),
-        miss_rate: Some(0.021),
-        blocked_rate: Some(0.1234),
-        coverage: Some(0.8125),
-        coverage_revisit: Some(0.345),
-        log_likelihood_raw: factor * -5_120_000_000.0,
-        map: MapReport {
-            surfels: 345_678,
-            tiles: 91,
-            thin_voxels: Some(12_345),
-            map_points_dropped: 0,
-            surfels_with_trails: None,
-            surfels_contradicted: None,
-        },
-        warnings: Vec::new(),
-    }
+    let scores = json!({
+        "name": name, "returns": 1_200_000, "frames": 597,
+        "dmp_sum_m2": factor * 4_096_000.0, "dmp_mean_m2": factor * 3.4567,
+        "r_cv_m2": { "10": factor * 2.25, "2": factor * 0.16, "0.5": factor * 0.01, "0.2": factor * 0.0025 },
+        "r_cv_interval_m2": [factor * 2.0, factor * 2.5], "r_near_interval_m2": null,
+        "r_near_m2": { "5": factor * 0.36, "2": factor * 0.04, "0.5": factor * 0.0004 },
+        "miss_rate": 0.021, "blocked_rate": 0.1234, "coverage": 0.8125, "coverage_revisit": 0.345,
+        "log_likelihood_raw": factor * -5_120_000_000.0,
+        "surfels": 345_678, "tiles": 91, "thin_voxels": 12_345, "warnings": []
+    });
+    serde_json::from_value(with(sample()["runs"][0].clone(), scores)).unwrap()
 }
 
 /// `a` better than `b` at the largest scale.
@@ -128,99 +116,23 @@ fn pair(a: &str, b: &str, basis: Basis, scales_m: &[f64]) -> PairReport {
 }
 
 fn report(runs: Vec<RunReport>, order: &[&str], pairs: Vec<PairReport>) -> Report {
-    Report {
-        schema: Report::SCHEMA.into(),
-        dmp_version: "0.0.0".into(),
-        config: ConfigReport {
-            voxel_m: 1638.0 / 8192.0,
-            voxel_filled_share: Some(0.75),
-            tile_edge_m: 32.0,
-            disc_radius_m: 0.16,
-            segments: SegmentReport {
-                length_m: Some(12.0),
-                length_s: None,
-                length_scans: None,
-                count: 29,
-                travel_m: 351.0,
-                starts_ns: Vec::new(),
-                starts_scan: Vec::new(),
-            },
-            min_range_m: 1.5,
-            max_range_m: 100.0,
-            horizon_m: 200.0,
-            ego: EgoReport { known: Ego::Auto, cells: 0 },
-            every: 1,
-            body_from_sensor: Some([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]),
-            time_offset_s: 0.0,
-            sigma_m: Some(0.02),
-            depth_noise: None,
-            scales: Scales::Drive,
-            miss_price: 0.15,
-            free_space: false,
-        },
-        inputs: InputReport {
-            log: "town.mcap".into(),
-            format: "MCAP".into(),
-            fingerprint: "crc32:00000000".into(),
-            bytes: 20_000_000,
-            has_checksums: Some(true),
-            topic: Some("/points".into()),
-            point_times: None,
-            span_ns: Some((0, 60_000_000_000)),
-            scans: 600,
-            scans_used: 597,
-            returns: 1_234_567,
-            returns_used: 1_200_000,
-            dropped: DropReport(
-                [("too_near", 30_000), ("too_far", 4567), ("vehicle", 0)]
-                    .map(|(why, n)| (why.into(), n))
-                    .into(),
-            ),
-            runs: Vec::new(),
-            notes: Vec::new(),
-            damage: Vec::new(),
-        },
-        free_space: None,
-        runs,
-        left_out: Vec::new(),
-        order: order.iter().map(|&name| name.to_owned()).collect(),
-        ties: Vec::new(),
-        pairs,
-        drift: None,
-        promise: PromiseReport {
-            confidence: 0.99,
-            interval_confidence: 0.9975,
-            same_within_share: Some(0.1),
-            same_within_m: None,
-            of_each_result: false,
-        },
-        sampling: SamplingReport {
-            frames_scored: 597,
-            frames_total: 597,
-            seed: None,
-            looks: None,
-            places: None,
-        },
-        warnings: Vec::new(),
-        timing: PassTimes {
-            plan_s: 0.5,
-            fuse_s: 1.25,
-            trails_s: 0.0,
-            cast_s: 61.25,
-            drift_s: 0.0,
-            total_s: 63.0,
-            threads: 2,
-        },
-        memory: MemoryReport {
-            budget_bytes: 2 << 30,
-            peak_anon_bytes: Some(300 << 20),
-            scratch_bytes: 0,
-            disk_bytes: 0,
-            disk_bytes_estimated: 0,
-            tile_loads: 182,
-            tiles_in_reach: 160,
-            tile_visits: 182,
-        },
-        tiles: Vec::new(),
-    }
+    let sample = sample();
+    let segments = with(sample["config"]["segments"].clone(), json!({ "length_m": 12.0, "count": 29 }));
+    let config = json!({ "voxel_m": 1638.0 / 8192.0, "ego_cells": 0, "segments": segments });
+    let inputs = json!({
+        "log": "town.mcap", "scans": 600, "scans_used": 597, "returns": 1_234_567, "returns_used": 1_200_000,
+        "dropped": { "too_near": 30_000, "too_far": 4567, "vehicle": 0 }, "runs": [], "notes": [], "damage": []
+    });
+    let fields = json!({
+        "dmp_version": "0.0.0", "config": with(sample["config"].clone(), config),
+        "inputs": with(sample["inputs"].clone(), inputs), "runs": runs, "order": order, "ties": [],
+        "pairs": pairs, "drift": null, "warnings": [],
+        "sampling": with(sample["sampling"].clone(), json!({ "frames_scored": 597, "frames_total": 597 })),
+        "timing": { "plan_s": 0.5, "fuse_s": 1.25, "trails_s": 0.0, "cast_s": 61.25, "total_s": 63.0, "threads": 2 },
+        "memory": {
+            "budget_bytes": 2_u64 << 30, "peak_anon_bytes": 300 << 20, "scratch_bytes": 0, "disk_bytes": 0,
+            "disk_bytes_estimated": 0, "tile_loads": 182, "tiles_in_reach": 160, "tile_visits": 182
+        }
+    });
+    serde_json::from_value(with(sample, fields)).unwrap()
 }

@@ -112,9 +112,9 @@ impl Failure {
 
     /// What the parser says of a wrong command line, up to its hints, in one line.
     pub(crate) fn refused(error: &clap::Error) -> Self {
-        let told = error.render().to_string();
-        let told = told.strip_prefix("error: ").unwrap_or(&told);
-        let first = told.lines().take_while(|line| !line.trim().is_empty()).map(str::trim);
+        let text = error.render().to_string();
+        let text = text.strip_prefix("error: ").unwrap_or(&text);
+        let first = text.lines().take_while(|line| !line.trim().is_empty()).map(str::trim);
         Self::new(FailureKind::Usage, format_args!("{}", first.collect::<Vec<_>>().join(" ")))
     }
 
@@ -160,7 +160,7 @@ fn is_of_input(error: &anyhow::Error) -> bool {
     error.chain().any(is_of_file)
 }
 
-/// The error and its causes in one line, joined by `: `. A cause that its error has already told is left out.
+/// The error and its causes in one line, joined by `: `. A cause that its error repeats is printed once.
 pub(crate) fn one_line(error: &anyhow::Error) -> String {
     let mut line = String::new();
     for cause in error.chain() {
@@ -188,7 +188,7 @@ fn in_words(cause: &(dyn std::error::Error + 'static)) -> String {
 pub(crate) fn option_of(setting: SettingName) -> String {
     match setting {
         SettingName::WorkFolder => "--work".into(),
-        SettingName::SaveMaps => "--save-maps or -o".into(),
+        SettingName::SaveMaps => "-o".into(),
         SettingName::Ranges => "--min-range and --max-range".into(),
         SettingName::Segments => "--like".into(),
         SettingName::StampAt => "--stamp".into(),
@@ -201,10 +201,10 @@ fn option_of_log(setting: LogSetting) -> String {
         LogSetting::Topic => "--topic".into(),
         LogSetting::PointTime => "--point-time".into(),
         LogSetting::StampAt => "--stamp".into(),
-        LogSetting::MadeWith => "--made-with".into(),
+        LogSetting::MadeWith => "`dmp convert log --made-with`".into(),
         LogSetting::TimeOffset => "--time-offset".into(),
-        LogSetting::Camera => "--camera".into(),
-        LogSetting::DepthUnits => "--depth-factor".into(),
+        LogSetting::Camera => "in a camera.json beside them:".into(),
+        LogSetting::DepthUnits => "as depth_scale in a camera.json:".into(),
         other => other.to_string(),
     }
 }
@@ -228,12 +228,12 @@ mod tests {
     use anyhow::Context as _;
 
     #[test]
-    fn causes_are_told_once_in_one_line() {
+    fn causes_are_printed_once_in_one_line() {
         let cause = std::io::Error::other("disk\nfull");
-        let told = anyhow::Error::new(cause).context("a.tum: cannot write: disk full").context("saving");
-        assert_eq!(one_line(&told), "saving: a.tum: cannot write: disk full");
-        let untold = Err::<(), _>(Usage("no poses".into())).context("a.tum").unwrap_err();
-        assert_eq!(one_line(&untold), "a.tum: no poses");
+        let error = anyhow::Error::new(cause).context("a.tum: cannot write: disk full").context("saving");
+        assert_eq!(one_line(&error), "saving: a.tum: cannot write: disk full");
+        let plain = Err::<(), _>(Usage("no poses".into())).context("a.tum").unwrap_err();
+        assert_eq!(one_line(&plain), "a.tum: no poses");
     }
 
     #[test]
@@ -254,9 +254,9 @@ mod tests {
     #[test]
     fn settings_are_called_by_their_options() {
         let error = || LogError::SeveralTopics { path: "a.mcap".into(), topics: "/a, /b".into() };
-        let told = "a.mcap: several topics hold scans, name one with --topic: /a, /b";
-        assert_eq!(one_line(&error().into()), told);
-        assert_eq!(one_line(&EvaluateError::Log(error()).into()), told);
+        let line = "a.mcap: several topics hold scans, name one with --topic: /a, /b";
+        assert_eq!(one_line(&error().into()), line);
+        assert_eq!(one_line(&EvaluateError::Log(error()).into()), line);
         assert!(error().to_string().contains("name one with `topic`: /a"));
         let error = || EvaluateError::NoPlaces { travel_m: 9.0, places: 1 };
         assert!(one_line(&error().into()).ends_with("score all of it, without --quick"));

@@ -10,21 +10,15 @@ use dmp_sensor::Isometry3;
 
 use crate::exit::Usage;
 use crate::loaded_run::LoadedRun;
-use crate::log_args::LogHead;
+use crate::log_input::LogHead;
 use crate::named::{Named, assign};
-use crate::score::parse;
+use crate::options::{Asked, input, values};
 
 /// How much of a body's movement must go along an axis for the axis to be its direction: 37 degrees.
 const ALONG: f64 = 0.8;
 
 /// Most frames that are named: a log may have a hundred thousand.
 const MOST_NAMED: usize = 8;
-
-/// What the help says of the option.
-pub(crate) const HELP: &str = "Where the sensor sits on the body that the trajectories move, body_from_sensor: \
-    `auto` (/tf_static where messages name the body's frame; KITTI's calib.txt where the body travels as a camera does; the sensor is the body where there is neither), `identity`, \
-    metres and a quaternion X,Y,Z,QX,QY,QZ,QW, `calib` or `calib:FILE` (KITTI's calibration), `frame:NAME` \
-    (/tf_static of the log); for the run NAME, or for all runs [default: auto]";
 
 /// The extrinsic as it is asked for.
 #[derive(Debug, Clone, PartialEq)]
@@ -49,7 +43,7 @@ impl FromStr for Extrinsic {
             None if text == "calib" => Self::Calib(None),
             Some(("calib", file)) if !file.is_empty() => Self::Calib(Some(file.into())),
             Some(("frame", name)) if !name.is_empty() => Self::Frame(name.into()),
-            _ => Self::Given(parse::transform(text)?),
+            _ => Self::Given(values::transform(text)?),
         })
     }
 }
@@ -70,28 +64,17 @@ impl BodyFromSensor {
 
 /// Each run's extrinsic: the one given for it by name, else the one given for all, else found by looking.
 pub(crate) fn of_runs(
-    given: &[Named<Extrinsic>],
+    asked: &Asked,
     runs: &[LoadedRun],
     log: LogHead<'_>,
 ) -> anyhow::Result<Vec<BodyFromSensor>> {
+    let given = asked.all(&input::EXTRINSIC);
     let names: Vec<&str> = runs.iter().map(|run| run.name.as_str()).collect();
     let of_runs = assign("--extrinsic", &names, given.iter().map(Named::parts))?;
     runs.iter()
         .zip(of_runs)
         .map(|(run, extrinsic)| of_run(extrinsic.unwrap_or(&Extrinsic::Auto), run, log))
         .collect()
-}
-
-/// That of the mapper whose points in the world are a log: the one given for all runs, where it needs no log;
-/// `None` where it cannot be known before the log is open.
-pub(crate) fn of_mapper(given: &[Named<Extrinsic>]) -> anyhow::Result<Option<Isometry3<f64>>> {
-    Ok(match Named::of_all(given) {
-        None if given.is_empty() => Some(Isometry3::identity()),
-        Some(Extrinsic::Identity) => Some(Isometry3::identity()),
-        Some(Extrinsic::Given(transform)) => Some(*transform),
-        Some(Extrinsic::Calib(Some(path))) => Some(read_calib(path)?),
-        _ => None,
-    })
 }
 
 fn of_run(extrinsic: &Extrinsic, run: &LoadedRun, log: LogHead<'_>) -> anyhow::Result<BodyFromSensor> {
@@ -102,7 +85,7 @@ fn of_run(extrinsic: &Extrinsic, run: &LoadedRun, log: LogHead<'_>) -> anyhow::R
         Extrinsic::Calib(file) => {
             let calib = match file {
                 Some(path) => Calib { path: path.clone(), camera_from_velodyne: read_calib(path)? },
-                None => calib_beside(run, log.summary())?.ok_or_else(|| no_calib(run, log.summary()))?,
+                None => calib_beside(run, log.summary)?.ok_or_else(|| no_calib(run, log.summary))?,
             };
             Ok(of_calib(&calib, "as asked for"))
         }
@@ -115,11 +98,11 @@ fn auto(run: &LoadedRun, log: LogHead<'_>) -> anyhow::Result<BodyFromSensor> {
     if let Some(body) = &run.body_frame {
         return of_frame(body, run, log);
     }
-    if let Some(calib) = calib_beside(run, log.summary())? {
+    if let Some(calib) = calib_beside(run, log.summary)? {
         return of_camera_or_lidar(run, &calib);
     }
-    let sensor = log.summary().frame_id.as_deref().unwrap_or_default();
-    if !log.static_frames().beside(sensor).is_empty() {
+    let sensor = log.summary.frame_id.as_deref().unwrap_or_default();
+    if !log.static_frames.beside(sensor).is_empty() {
         return Err(Usage(which_frame(run, log)).into());
     }
     Ok(BodyFromSensor::identity("neither a calib.txt nor frames say otherwise"))
@@ -127,8 +110,8 @@ fn auto(run: &LoadedRun, log: LogHead<'_>) -> anyhow::Result<BodyFromSensor> {
 
 /// The scans' frame on the body's, by the static frames of the log or of the run's own bag.
 fn of_frame(body: &str, run: &LoadedRun, log: LogHead<'_>) -> anyhow::Result<BodyFromSensor> {
-    let path = log.summary().path.display();
-    let Some(sensor) = log.summary().frame_id.as_deref().filter(|frame| !frame.is_empty()) else {
+    let path = log.summary.path.display();
+    let Some(sensor) = log.summary.frame_id.as_deref().filter(|frame| !frame.is_empty()) else {
         let problem = format!(
             "run `{}`: the trajectory moves `{body}`, but the scans of {path} name no frame: give --extrinsic",
             run.name
@@ -138,11 +121,11 @@ fn of_frame(body: &str, run: &LoadedRun, log: LogHead<'_>) -> anyhow::Result<Bod
     if body.trim_start_matches('/') == sensor.trim_start_matches('/') {
         return Ok(BodyFromSensor::identity(format!("the trajectory moves the scans' frame `{sensor}`")));
     }
-    let found = [log.static_frames(), &run.static_frames].into_iter().find_map(|f| f.a_from_b(body, sensor));
+    let found = [log.static_frames, &run.static_frames].into_iter().find_map(|f| f.a_from_b(body, sensor));
     if let Some(transform) = found {
         return Ok(BodyFromSensor { transform, source: format!("/tf_static: `{sensor}` on `{body}`") });
     }
-    let mut known = log.static_frames().beside(sensor);
+    let mut known = log.static_frames.beside(sensor);
     known.extend(run.static_frames.beside(sensor));
     known.sort_unstable();
     known.dedup();
@@ -160,15 +143,15 @@ fn of_frame(body: &str, run: &LoadedRun, log: LogHead<'_>) -> anyhow::Result<Bod
 
 /// A trajectory that does not say which frame it moves, in a log with frames: the choices.
 fn which_frame(run: &LoadedRun, log: LogHead<'_>) -> String {
-    let sensor = log.summary().frame_id.as_deref().unwrap_or_default();
-    let beside = log.static_frames().beside(sensor);
+    let sensor = log.summary.frame_id.as_deref().unwrap_or_default();
+    let beside = log.static_frames.beside(sensor);
     let choices: Vec<String> = beside.iter().map(|frame| format!("--extrinsic frame:{frame}")).collect();
     format!(
         "run `{}`: {} does not say which frame it moves, and {} has several: give --extrinsic identity (the scans' own \
          `{sensor}`) or {}",
         run.name,
         run.given,
-        log.summary().path.display(),
+        log.summary.path.display(),
         a_few(&choices, " or ")
     )
 }
@@ -182,7 +165,7 @@ fn a_few(names: &[impl AsRef<str>], between: &str) -> String {
 }
 
 /// KITTI's own poses move the camera while the scans are the LiDAR's, and what others make of its logs moves
-/// either: the direction of travel in the body's axes tells which.
+/// either: the direction of travel in the body's axes decides.
 fn of_camera_or_lidar(run: &LoadedRun, calib: &Calib) -> anyhow::Result<BodyFromSensor> {
     let path = shown_path(&calib.path);
     match run.trajectory.travel_in_body() {

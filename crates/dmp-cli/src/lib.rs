@@ -4,14 +4,14 @@
 //! [`main`] is the whole command, and [`run`] the same with other arguments. [`run_for`] is for programs that run commands
 //! beside other work: results go into a writer, lines and progress to a [`Host`], which may stop it, and an error comes
 //! back as a [`Failure`].
-//! Each subcommand is a module with its arguments and a function that does it. Results go to standard
+//! Each subcommand is a module with its [`Spec`] and a function that does it; [`options`] has what may be asked of them. Results go to standard
 //! output, everything else (progress, notes, errors) to standard error. What a user of the libraries
 //! would miss does not belong here.
 
 mod after_help;
 mod calibrate;
 mod clash;
-mod clock_args;
+mod clock;
 mod common;
 mod compare;
 mod completions;
@@ -26,13 +26,13 @@ mod guard;
 mod host;
 mod info;
 mod loaded_run;
-mod log_args;
+mod log_input;
 mod log_writer;
 mod loops;
 mod manual;
 mod map;
 mod named;
-mod parse;
+mod options;
 mod process;
 mod progress;
 mod repair;
@@ -41,15 +41,12 @@ mod save;
 mod saved_result;
 mod say;
 mod score;
-mod settings;
 mod shard;
 mod simulate;
 mod suite;
 mod terminal;
-mod trajectory_args;
 mod truth;
 mod vetting;
-mod view;
 
 use std::ffi::OsString;
 use std::io::{self, Write as _};
@@ -57,7 +54,6 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 use anstream::AutoStream;
-use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 
 pub use after_help::{HelpBody, HelpPart, help_parts};
 use common::Common;
@@ -67,69 +63,36 @@ use exit::{is_closed_pipe, one_line, when_printed};
 use guard::Results;
 pub use host::Host;
 use host::Hosted;
+use options::{Asked, Out, Spec, output, values as parse};
 use say::{Printed, commands_anywhere};
 use terminal::Terminal;
 
-/// Scores LiDAR SLAM runs without ground truth: which trajectory explains the scans best?
-#[derive(Debug, Parser)]
-#[command(name = "dmp", version, max_term_width = 100, propagate_version = true)]
-#[command(
-    after_help = "Exit codes: 0 done; 1 failed; 2 wrong usage; 3 done, but input was lost or damaged; \
-    4 a gate failed; 130 interrupted."
-)]
-struct Cli {
-    #[command(subcommand)]
-    command: Command,
-    #[command(flatten)]
-    common: Common,
-}
-
-/// The subcommands, in the order of the help.
-#[derive(Debug, Subcommand)]
-enum Command {
-    Score(Box<score::ScoreArgs>),
-    Calibrate(Box<calibrate::CalibrateArgs>),
-    Compare(compare::CompareArgs),
-    Suite(Box<suite::SuiteArgs>),
-    Drift(Box<drift::DriftArgs>),
-    Repair(Box<repair::RepairArgs>),
-    Loops(Box<loops::LoopsArgs>),
-    #[command(subcommand)]
-    Map(map::Map),
-    Info(info::InfoArgs),
-    #[command(subcommand)]
-    Shard(shard::Shard),
-    #[command(subcommand)]
-    Convert(convert::Convert),
-    #[command(subcommand)]
-    Truth(truth::Truth),
-    #[command(subcommand)]
-    Simulate(simulate::Simulate),
-    Completions(completions::CompletionsArgs),
-    Man(manual::ManArgs),
-}
-
-impl Command {
-    fn run(&self, common: &Common, out: &mut impl io::Write) -> anyhow::Result<Exit> {
-        match self {
-            Self::Score(arguments) => score::run(arguments, common, out),
-            Self::Calibrate(arguments) => calibrate::run(arguments, common, out),
-            Self::Compare(arguments) => compare::run(arguments, common, out),
-            Self::Suite(arguments) => suite::run(arguments, common, out),
-            Self::Drift(arguments) => drift::run(arguments, common, out),
-            Self::Repair(arguments) => repair::run(arguments, common, out),
-            Self::Loops(arguments) => loops::run(arguments, common, out),
-            Self::Map(command) => command.run(common, out),
-            Self::Info(arguments) => info::run(arguments, out),
-            Self::Shard(command) => command.run(common, out),
-            Self::Convert(command) => command.run(common, out),
-            Self::Truth(command) => command.run(common, out),
-            Self::Simulate(command) => command.run(common, out),
-            Self::Completions(arguments) => completions::run(arguments, command(), out),
-            Self::Man(arguments) => manual::run(arguments, command(), common, out),
-        }
-    }
-}
+/// The command, with its commands in the order of the help.
+static ROOT: Spec = Spec {
+    name: "dmp",
+    about: "Scores LiDAR SLAM runs without ground truth: which trajectory explains the scans best?",
+    after: "Exit codes: 0 done; 1 failed; 2 wrong usage; 3 done, but input was lost or damaged; 4 a gate failed; \
+            130 interrupted.",
+    options: &[&[&output::QUIET]],
+    commands: &[
+        &score::SPEC,
+        &calibrate::SPEC,
+        &compare::SPEC,
+        &suite::SPEC,
+        &drift::SPEC,
+        &repair::SPEC,
+        &loops::SPEC,
+        &map::SPEC,
+        &info::SPEC,
+        &shard::SPEC,
+        &convert::SPEC,
+        &truth::SPEC,
+        &simulate::SPEC,
+        &completions::SPEC,
+        &manual::SPEC,
+    ],
+    ..Spec::EMPTY
+};
 
 /// The command, with the arguments of this process.
 pub fn main() -> ExitCode {
@@ -146,7 +109,8 @@ pub fn run_process(arguments: impl IntoIterator<Item = OsString>) -> Exit {
 
 /// The definition of the command, with all that `--help` says.
 pub fn command() -> clap::Command {
-    Cli::command()
+    let command = ROOT.clap().version(env!("CARGO_PKG_VERSION")).max_term_width(100);
+    command.mut_arg(output::QUIET.name, |quiet| quiet.global(true))
 }
 
 /// Whether a text has characters that end lines or command terminals.
@@ -155,39 +119,41 @@ fn has_foreign(text: &str) -> bool {
 }
 
 /// A command line that the parser has understood.
-struct Asked {
-    cli: Cli,
-    /// What is wrong with its files is told when the command begins.
+struct Understood {
+    asked: Asked,
+    common: Common,
+    /// What is wrong with its files is reported when the command begins.
     results: anyhow::Result<Results>,
 }
 
 /// What the parser says instead.
 enum Answer {
-    /// Characters in an argument that cannot be told in a line.
+    /// Characters in an argument that cannot be printed in a line.
     Foreign(String),
     /// What is wrong, or help, or the version.
     Parser(clap::Error),
 }
 
-impl Asked {
-    fn understand(arguments: impl IntoIterator<Item = OsString>) -> Result<Self, Answer> {
+impl Understood {
+    fn of(arguments: impl IntoIterator<Item = OsString>) -> Result<Self, Answer> {
         let arguments: Vec<OsString> = arguments.into_iter().collect();
         if let Some(foreign) =
             arguments.iter().map(|text| text.to_string_lossy()).find(|text| has_foreign(text))
         {
             return Err(Answer::Foreign(foreign.into_owned()));
         }
-        let mut definition = Cli::command();
-        let matches = definition.try_get_matches_from_mut(arguments).map_err(Answer::Parser)?;
-        let cli = Cli::from_arg_matches(&matches).map_err(Answer::Parser)?;
-        Ok(Self { results: guard::check(&definition, &matches), cli })
+        let matches = command().try_get_matches_from(arguments).map_err(Answer::Parser)?;
+        let asked = ROOT.called(matches);
+        let common = Common { quiet: asked.has(&output::QUIET), ..Common::default() };
+        Ok(Self { results: guard::check(&asked), asked, common })
     }
 
-    /// Does it; what was found before something failed is printed too.
-    fn run(self, sink: impl io::Write) -> anyhow::Result<Exit> {
-        let Self { cli, results } = self;
-        let mut out = Printed::new(sink).with_colour(cli.common.terminal.has_colour);
-        let done = results.and_then(|_| cli.command.run(&cli.common, &mut out));
+    /// Runs it; what was found before something failed is printed too.
+    fn run(self, mut sink: impl io::Write) -> anyhow::Result<Exit> {
+        let Self { asked, common, results } = self;
+        let mut out: Out<'_> = Printed::new(&mut sink as &mut dyn io::Write);
+        out.has_colour = common.terminal.has_colour;
+        let done = results.and_then(|_| (asked.spec().run)(&asked, &common, &mut out));
         let printed = out.flush().map_err(Into::into);
         done.and_then(|exit| when_printed(printed, exit))
     }
@@ -195,19 +161,19 @@ impl Asked {
 
 /// The command, with these arguments; the first is the name of the program.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Exit {
-    let mut asked = match Asked::understand(arguments) {
-        Ok(asked) => asked,
+    let mut understood = match Understood::of(arguments) {
+        Ok(understood) => understood,
         Err(Answer::Foreign(foreign)) => {
             say::line(format_args!("error: {}", foreign_in_words(&foreign)));
             return Exit::WrongUsage;
         }
         Err(Answer::Parser(error)) => {
-            let told = error.render().to_string();
-            let printed = if error.use_stderr() && commands_anywhere(&told) {
+            let text = error.render().to_string();
+            let printed = if error.use_stderr() && commands_anywhere(&text) {
                 let mut out = Printed::new(io::stderr());
-                out.write_all(told.as_bytes()).and_then(|()| out.flush())
+                out.write_all(text.as_bytes()).and_then(|()| out.flush())
             } else {
-                // In colour where that is seen. Help and version come this way too.
+                // In colour where that is seen. Help and version are printed here too.
                 error.print().and_then(|()| io::stdout().flush())
             };
             return match printed {
@@ -217,13 +183,12 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Exit {
             };
         }
     };
-    let sink: Box<dyn io::Write> = match &asked.results {
-        Ok(Results::Aside) if asked.cli.common.quiet => Box::new(io::sink()),
+    let sink: Box<dyn io::Write> = match &understood.results {
+        Ok(Results::Aside) if understood.common.quiet => Box::new(io::sink()),
         Ok(Results::Aside) => Box::new(io::stderr()),
         _ => {
-            let common = &mut asked.cli.common;
-            common.terminal = Terminal::of_stdout(common.color);
-            if common.terminal.has_colour {
+            understood.common.terminal = Terminal::of_stdout();
+            if understood.common.terminal.has_colour {
                 // Where colours are no text, as in old consoles of Windows, it makes them what they are there.
                 Box::new(AutoStream::always(io::stdout().lock()))
             } else {
@@ -231,7 +196,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Exit {
             }
         }
     };
-    ended(asked.run(sink))
+    ended(understood.run(sink))
 }
 
 /// The command, run by another program: results go into `out`, all else to the host. Commands of several threads go their
@@ -262,16 +227,16 @@ pub fn run_for(
     out: &mut impl io::Write,
     host: Arc<dyn Host>,
 ) -> Result<Exit, Failure> {
-    let mut asked = match Asked::understand(arguments) {
-        Ok(asked) => asked,
+    let mut understood = match Understood::of(arguments) {
+        Ok(understood) => understood,
         Err(answer) => {
             let help = answer.refused()?.render().to_string();
             let written = out.write_all(help.as_bytes());
             return written.map(|()| Exit::Done).map_err(|error| Failure::of(&error.into()));
         }
     };
-    asked.cli.common.host = Hosted::by(host);
-    asked.run(out).map_err(|error| Failure::of(&error))
+    understood.common.host = Hosted::by(host);
+    understood.run(out).map_err(|error| Failure::of(&error))
 }
 
 /// Whether the parser understands these arguments, and no output takes the place of an input; nothing is done. For programs
@@ -286,8 +251,8 @@ pub fn run_for(
 /// # Errors
 /// What [`run_for`] fails with at once.
 pub fn check(arguments: impl IntoIterator<Item = OsString>) -> Result<(), Failure> {
-    match Asked::understand(arguments) {
-        Ok(Asked { results, .. }) => results.map(|_| ()).map_err(|error| Failure::of(&error)),
+    match Understood::of(arguments) {
+        Ok(Understood { results, .. }) => results.map(|_| ()).map_err(|error| Failure::of(&error)),
         Err(answer) => answer.refused().map(|_| ()),
     }
 }
@@ -306,10 +271,10 @@ impl Answer {
 }
 
 fn foreign_in_words(foreign: &str) -> String {
-    format!("`{foreign}`: control characters in a name cannot be told in a line: rename it")
+    format!("`{foreign}`: control characters in a name cannot be printed: rename it")
 }
 
-/// How the command ends; an error is told.
+/// How the command ends; prints an error.
 fn ended(done: anyhow::Result<Exit>) -> Exit {
     match done {
         Ok(exit) => exit,
@@ -331,7 +296,7 @@ mod tests {
 
     #[test]
     fn the_definition_of_the_arguments_is_sound() {
-        Cli::command().debug_assert();
+        command().debug_assert();
     }
 
     #[test]

@@ -43,10 +43,10 @@ impl LoadedRun {
     }
 
     /// With its poses read as they are meant.
-    pub(crate) fn read_as(mut self, way: PosesAs) -> anyhow::Result<Self> {
-        let read = way.read(&self.trajectory);
-        self.trajectory = read.with_context(|| format!("{}: its poses cannot be {way}", self.given))?;
-        self.notes.push(format!("poses read as {way}"));
+    pub(crate) fn read_as(mut self, poses: PosesAs) -> anyhow::Result<Self> {
+        let read = poses.read(&self.trajectory);
+        self.trajectory = read.with_context(|| format!("{}: its poses cannot be {poses}", self.given))?;
+        self.notes.push(format!("poses read as {poses}"));
         Ok(self)
     }
 
@@ -56,7 +56,7 @@ impl LoadedRun {
         let own = counted(self.trajectory.len() as u64, "pose");
         self.trajectory = carried.with_context(|| {
             format!(
-                "{}: --between has no pose that goes between its poses: they must be further apart than those of the odometry, and both have stamps of one clock",
+                "{}: --between has no pose between its poses: they must be further apart than those of the odometry, with stamps of the same clock",
                 self.given
             )
         })?;
@@ -108,7 +108,7 @@ impl LoadedRun {
             repeated: read.repeated,
             body_frame: read.body_frame,
             static_frames: read.static_frames,
-            // What of the log itself is lost is told with the log.
+            // What of the log itself is lost is reported with the log.
             damaged: own_bag && !read.damage.is_empty(),
             notes,
             fingerprint: read.fingerprint,

@@ -2,14 +2,13 @@
 
 use std::path::Path;
 
-use clap::ValueEnum;
 use dmp_log::{FolderFormat, FolderScanWriter, LogError, McapCompression, McapScanWriter, McapWriterOptions};
 use dmp_sensor::Scan;
 
 use crate::exit::Usage;
 
 /// The formats of logs that are written.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum OutputFormat {
     /// MCAP with `PointCloud2`
     Mcap,
@@ -26,8 +25,8 @@ pub(crate) enum OutputFormat {
 }
 
 /// How the chunks of an MCAP file are packed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum CompressionArg {
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Compression {
     /// The smallest file
     Zstd,
     /// Nearly as small, in half the time
@@ -39,7 +38,7 @@ pub(crate) enum CompressionArg {
 }
 
 impl OutputFormat {
-    /// That which the name of the output says: `FILE.mcap`, or a folder of `.bin` where there is no extension.
+    /// By the name of the output: `FILE.mcap`, or a folder of `.bin` where there is no extension.
     pub(crate) fn of_name(path: &Path) -> Result<Self, Usage> {
         match path.extension() {
             Some(extension) if extension == "mcap" => Ok(Self::Mcap),
@@ -78,14 +77,14 @@ impl LogWriter {
     pub(crate) fn create(
         path: &Path,
         format: OutputFormat,
-        compression: CompressionArg,
+        compression: Compression,
     ) -> Result<Self, LogError> {
         let Some(format) = format.folder() else {
             let compression = match compression {
-                CompressionArg::Zstd => McapCompression::Zstd,
-                CompressionArg::ZstdFast => McapCompression::ZstdFast,
-                CompressionArg::Lz4 => McapCompression::Lz4,
-                CompressionArg::None => McapCompression::None,
+                Compression::Zstd => McapCompression::Zstd,
+                Compression::ZstdFast => McapCompression::ZstdFast,
+                Compression::Lz4 => McapCompression::Lz4,
+                Compression::None => McapCompression::None,
             };
             let options = McapWriterOptions { compression, ..McapWriterOptions::default() };
             return Ok(Self::Mcap(Box::new(McapScanWriter::create(path, &options)?)));

@@ -2,9 +2,9 @@
 
 use std::fs::File;
 use std::io::{self, Read as _, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use clap::{Args, Command};
+use clap::Command;
 use clap_mangen::Man;
 use clap_mangen::roff::{Roff, roman};
 
@@ -13,40 +13,31 @@ use dmp_draw::text::counted;
 use crate::after_help::{HelpBody, help_parts};
 use crate::common::Common;
 use crate::exit::{Exit, Usage};
+use crate::options::{Asked, Out, Spec, tools};
 use crate::save::{OutputsFolder, SavedTogether, refuse_unnamed};
 use crate::say::say;
 
 /// What every page begins with.
 const PAGE: &[u8] = b".TH \"dmp";
 
-/// Print the manual page of a command, or write those of all
-///
-/// Pages are in the format of man(7), which `man -l` shows; packages install them below share/man/man1.
-#[derive(Debug, Args)]
-#[command(after_help = "Examples:\n  \
-    dmp man score | man -l -\n  \
-    dmp man -o ~/.local/share/man/man1")]
-pub(crate) struct ManArgs {
-    /// The command, as `score` or `map build`; without one `dmp` itself
-    #[arg(value_name = "COMMAND")]
-    command: Vec<String>,
-    /// Write the pages of all commands into this folder, as dmp-score.1; it is made if need be
-    #[arg(short, long, value_name = "FOLDER", conflicts_with = "command")]
-    output: Option<PathBuf>,
-}
+pub(crate) static SPEC: Spec = Spec {
+    name: "man",
+    about: "Print the manual page of a command, or write those of all",
+    more: "Pages are in the format of man(7), which `man -l` shows; packages install them in share/man/man1.",
+    after: "Examples:\n  \
+            dmp man score | man -l -\n  \
+            dmp man -o ~/.local/share/man/man1",
+    options: &[&[&tools::COMMAND, &tools::PAGES]],
+    run,
+    ..Spec::EMPTY
+};
 
-/// Prints a page of the command `root`, or writes those of all below it.
-pub(crate) fn run(
-    arguments: &ManArgs,
-    root: Command,
-    common: &Common,
-    out: &mut impl Write,
-) -> anyhow::Result<Exit> {
+fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::Result<Exit> {
     // Help on help is no page of its own.
-    let mut root = root.disable_help_subcommand(true);
+    let mut root = crate::command().disable_help_subcommand(true);
     root.build();
-    let Some(folder) = &arguments.output else {
-        page(find(&root, &arguments.command)?, out)?;
+    let Some(folder) = &asked.get(&tools::PAGES) else {
+        page(find(&root, &asked.all(&tools::COMMAND))?, out)?;
         return Ok(Exit::Done);
     };
     let _made = OutputsFolder::make(folder)?;
@@ -96,8 +87,8 @@ fn find<'a>(root: &'a Command, words: &[String]) -> Result<&'a Command, Usage> {
 fn page(command: &Command, out: &mut dyn Write) -> io::Result<()> {
     let version = command.get_version().unwrap_or_default();
     let name = command.get_display_name().unwrap_or(command.get_name());
-    // No date: the page is the same whenever it is made. (An empty one of `Man` is left out, and what follows takes
-    // its place.)
+    // No date: the page is the same whenever it is made. (`Man` drops an empty one, and the next argument takes its
+    // place.)
     writeln!(out, ".TH \"{name}\" 1 \"\" \"dmp {version}\" \"dmp\"")?;
     let man = Man::new(command.clone());
     man.render_name_section(out)?;
@@ -108,7 +99,7 @@ fn page(command: &Command, out: &mut dyn Write) -> io::Result<()> {
     }
     man.render_options_section(out)?;
     let mut rest = Roff::default();
-    if let Some(after_help) = command.get_after_help() {
+    if let Some(after_help) = command.get_after_long_help().or(command.get_after_help()) {
         below_options(&mut rest, &after_help.to_string());
     }
     if name != "dmp" {

@@ -30,11 +30,6 @@ impl<T> Named<T> {
     pub(crate) fn parts(&self) -> (Option<&str>, String, &T) {
         (self.run.as_deref(), self.text.clone(), &self.value)
     }
-
-    /// The one given for all runs.
-    pub(crate) fn of_all(values: &[Self]) -> Option<&T> {
-        values.iter().find(|value| value.run.is_none()).map(|value| &value.value)
-    }
 }
 
 impl<T: FromStr> FromStr for Named<T> {
@@ -73,7 +68,7 @@ pub(crate) fn at_home(path: PathBuf) -> PathBuf {
 }
 
 /// The runs' names: those given, else the files' without extension, with the folder in front where that
-/// is needed to tell them apart.
+/// is needed to make them different.
 pub(crate) fn names_of(files: &[NamedFile]) -> Result<Vec<String>, Usage> {
     let plain: Vec<String> =
         files.iter().map(|file| file.name.clone().unwrap_or_else(|| stem(&file.path))).collect();
@@ -107,7 +102,7 @@ fn folder(path: &Path) -> Option<String> {
 
 /// Each run's map: the one given for it by name, else the one given for all, else fused from the scans.
 ///
-/// A map that is missing is told here: it would be opened after the scans have been fused.
+/// A map that is missing is reported here: it would be opened after the scans have been fused.
 pub(crate) fn maps_of(runs: &[&str], maps: &[NamedFile]) -> anyhow::Result<Vec<MapSource>> {
     if let Some(map) = maps.iter().find(|map| is_missing(&map.path)) {
         return Err(LogError::NotFound { path: map.path.clone() }.into());

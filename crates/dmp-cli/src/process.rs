@@ -1,4 +1,4 @@
-//! What the process as a whole sets up: memory, interrupts.
+//! What the process sets up once: memory, interrupts.
 
 use std::io::{self, IsTerminal as _, Write as _};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -31,14 +31,14 @@ pub(crate) fn begin_again_with_memory_given_back() {
         ("MALLOC_TRIM_THRESHOLD_", "1048576"),
         ("MALLOC_ARENA_MAX", "1"),
     ];
-    // What somebody has set stays as it is. All together keep memory small: none is left out because another is there.
+    // What somebody has set stays as it is. All together keep memory small: each is set even if another is.
     let missing: Vec<_> = SETTINGS.into_iter().filter(|(name, _)| std::env::var_os(name).is_none()).collect();
     if missing.is_empty() {
         return;
     }
     let (Ok(program), mut arguments) = (std::env::current_exe(), std::env::args_os()) else { return };
     let Some(name) = arguments.next() else { return };
-    // It comes back only where that cannot be done; then memory is held as it always was.
+    // It returns only where that fails; then memory is held as usual.
     let _ = std::process::Command::new(program).arg0(name).args(arguments).envs(missing).exec();
 }
 

@@ -1,4 +1,4 @@
-//! How far an evaluation is, on standard error or told to the program that runs it.
+//! The progress of an evaluation, on standard error or to the program that runs it.
 
 use std::fmt;
 use std::io::IsTerminal as _;
@@ -13,7 +13,7 @@ use crate::exit::option_of;
 use crate::host::Hosted;
 use crate::say::say;
 
-/// The progress of an evaluation: a bar on standard error where that is a terminal, gone when dropped; or told to the
+/// The progress of an evaluation: a bar on standard error where that is a terminal, gone when dropped; or passed to the
 /// program that runs the command.
 #[derive(Debug)]
 pub(crate) struct Progress {
@@ -28,8 +28,8 @@ impl Progress {
         Self { bar, quiet: common.quiet, host: common.host.clone() }
     }
 
-    /// Something begins; `total` is 0 where its end is not known.
-    fn start(&self, what: &'static str, unit: &'static str, total: u64) {
+    /// A stage begins, of so many steps of a unit; `total` is 0 where its end is not known.
+    pub(crate) fn start(&self, what: &'static str, unit: &'static str, total: u64) {
         if let Some(program) = self.host.program() {
             return program.begin(what, unit, (total > 0).then_some(total));
         }
@@ -51,24 +51,9 @@ impl Progress {
         }
     }
 
-    /// So many tiles are worked on, one by one.
-    pub(crate) fn tiles(&self, what: &'static str, total: u64) {
-        self.start(what, "tiles", total);
-    }
-
-    /// One of them is done.
-    pub(crate) fn one_tile(&self) {
-        self.done(1);
-    }
-
     /// So many scans are worked on, one by one.
     pub(crate) fn scans(&self, what: &'static str, total: u64) {
         self.start(what, "scans", total);
-    }
-
-    /// So many logs are worked on, several at a time.
-    pub(crate) fn logs(&self, what: &'static str, total: u64) {
-        self.start(what, "logs", total);
     }
 
     /// One of them is done.
@@ -81,12 +66,7 @@ impl Progress {
         self.bar.suspend(print);
     }
 
-    /// A cloud or a mesh is read, of unknown length.
-    pub(crate) fn reading(&self, what: &'static str, unit: &'static str) {
-        self.start(what, unit, 0);
-    }
-
-    /// So much more of it is read; fails where somebody asked to stop.
+    /// So much more of a cloud or mesh is read; fails where somebody asked to stop.
     pub(crate) fn read(&self, amount: usize) -> Result<(), SurfaceError> {
         self.done(amount as u64);
         if self.host.is_cancelled() { Err(SurfaceError::Cancelled) } else { Ok(()) }
@@ -148,10 +128,10 @@ impl dmp::Progress for Progress {
     }
 }
 
-/// Where a bar is drawn: on a terminal, unless nobody wants it there or another program draws its own.
+/// Where a bar is drawn: on a terminal, unless the command is quiet or another program draws its own.
 pub(crate) fn target(common: &Common) -> ProgressDrawTarget {
     let is_own = common.host.program().is_none();
-    if is_own && !common.quiet && !common.no_progress && std::io::stderr().is_terminal() {
+    if is_own && !common.quiet && std::io::stderr().is_terminal() {
         ProgressDrawTarget::stderr()
     } else {
         ProgressDrawTarget::hidden()

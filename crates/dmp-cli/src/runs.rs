@@ -4,32 +4,32 @@ use std::path::{Path, PathBuf};
 
 use dmp::{MapSource, PosesAs, Run, RunSource};
 use dmp_log::{
-    LogOutline, LogSummary, PoseTopic, ScanLog, TimeUnit, is_bag, read_topic_trajectory, read_trajectory_as,
+    LogOutline, LogSummary, PoseTopic, ScanLog, TimeUnit, TrajectoryFormat, is_bag, read_topic_trajectory,
+    read_trajectory, read_trajectory_as,
 };
-
 use dmp_sensor::Trajectory;
 
-use crate::clock_args::{ClockArgs, RunClock};
+use crate::clock::RunClock;
 use crate::common::Common;
 use crate::exit::Usage;
 use crate::extrinsic::{self, BodyFromSensor};
 use crate::host::Hosted;
 use crate::loaded_run::LoadedRun;
-use crate::log_args::{LogArgs, LogHead};
-use crate::named::{NamedFile, names_of};
+use crate::log_input::{LogHead, LogInput};
+use crate::named::{Named, NamedFile, assign, names_of};
+use crate::options::values::Poses;
+use crate::options::{Asked, input};
 use crate::save::is_missing;
 use crate::say::say;
 use crate::score::announce;
-use crate::settings::PlaceArgs;
-use crate::trajectory_args::TrajectoryArgs;
 
-/// Runs with names. Those in files are read first, so that a mistake in them is told before a long log is
+/// Runs with names. Those in files are read first, so that a mistake in them is reported before a long log is
 /// read; those in messages when the log is open.
 #[derive(Debug)]
 pub(crate) struct Runs {
     named: Vec<(String, Source)>,
-    /// How the poses of each are meant, where that is given.
-    ways: Vec<Vec<PosesAs>>,
+    /// What is known of the poses of each.
+    meant: Vec<Meant>,
     /// What carries each between its poses.
     between: Vec<Option<Trajectory>>,
 }
@@ -40,30 +40,87 @@ enum Source {
     Topic { given: String, bag: Option<PathBuf>, topic: PoseTopic },
 }
 
+/// What `--poses-as` says of a run.
+#[derive(Debug, Clone, Default)]
+struct Meant {
+    format: Option<TrajectoryFormat>,
+    unit: Option<TimeUnit>,
+    /// In the order given: each is applied to the result of the one before.
+    poses: Vec<PosesAs>,
+}
+
+impl Meant {
+    fn of_runs(given: &[Named<Poses>], names: &[&str]) -> Result<Vec<Self>, Usage> {
+        let formats = of_kind(given, names, |poses| match poses {
+            Poses::Format(format) => Some(format),
+            _ => None,
+        })?;
+        let units = of_kind(given, names, |poses| match poses {
+            Poses::Stamps(unit) => Some(unit),
+            _ => None,
+        })?;
+        let both = formats.into_iter().zip(units);
+        let mut all: Vec<Self> =
+            both.map(|(format, unit)| Self { format, unit, poses: Vec::new() }).collect();
+        for one in given {
+            let of_runs = of_kind(std::slice::from_ref(one), names, |poses| match poses {
+                Poses::As(poses) => Some(poses),
+                _ => None,
+            })?;
+            all.iter_mut().zip(of_runs).for_each(|(meant, poses)| meant.poses.extend(poses));
+        }
+        Ok(all)
+    }
+}
+
+/// The value of a kind that each run has.
+fn of_kind<T: Copy>(
+    given: &[Named<Poses>],
+    names: &[&str],
+    kind: impl Fn(Poses) -> Option<T>,
+) -> Result<Vec<Option<T>>, Usage> {
+    let of_kind =
+        given.iter().map(Named::parts).filter_map(|(run, text, poses)| Some((run, text, kind(*poses)?)));
+    assign("--poses-as", names, of_kind)
+}
+
+/// The trajectory that carries each run between its poses, where one is given.
+fn between(asked: &Asked, names: &[&str]) -> anyhow::Result<Vec<Option<Trajectory>>> {
+    let given = asked.all(&input::BETWEEN);
+    let values = given.iter().map(|file| (file.name.as_deref(), file.path.display().to_string(), &file.path));
+    let read = |path: Option<&PathBuf>| path.map(|path| Ok(read_trajectory(path)?.trajectory)).transpose();
+    assign("--between", names, values)?.into_iter().map(read).collect()
+}
+
 impl Runs {
+    /// The files or topics of the runs, as they were named.
+    pub(crate) fn files(asked: &Asked) -> Vec<NamedFile> {
+        [asked.all(&input::RUNS), asked.all(&input::MORE_RUNS)].concat()
+    }
+
     /// Names the runs and reads those in files.
-    pub(crate) fn start(files: &[NamedFile], reading: &TrajectoryArgs) -> anyhow::Result<Self> {
-        let names = names_of(files)?;
+    pub(crate) fn start(asked: &Asked) -> anyhow::Result<Self> {
+        let files = Self::files(asked);
+        let names = names_of(&files)?;
         let plain: Vec<&str> = names.iter().map(String::as_str).collect();
-        let (units, ways, between) =
-            (reading.units(&plain)?, reading.ways(&plain)?, reading.between(&plain)?);
-        let start = |(name, (file, unit)): (String, (&NamedFile, Option<TimeUnit>))| -> anyhow::Result<_> {
+        let meant = Meant::of_runs(&asked.all(&input::POSES_AS), &plain)?;
+        let between = between(asked, &plain)?;
+        let start = |(name, (file, meant)): (String, (&NamedFile, &Meant))| -> anyhow::Result<_> {
             let given = file.path.display().to_string();
             if let Some((bag, topic)) = topic_of(&file.path)? {
-                if unit.is_some() {
-                    let problem = format!(
-                        "--time-unit {name}=…: the stamps of {given} are those of messages, whose unit is known"
-                    );
+                if meant.unit.is_some() {
+                    let problem =
+                        format!("--poses-as {name}=stamps-…: {given} is a topic, whose unit is known");
                     return Err(Usage(problem).into());
                 }
                 return Ok((name, Source::Topic { given, bag, topic }));
             }
-            let read = read_trajectory_as(&file.path, reading.trajectory_format, unit)?;
+            let read = read_trajectory_as(&file.path, meant.format, meant.unit)?;
             let run = LoadedRun::of_file(name.clone(), given, &file.path, read);
             Ok((name, Source::Read(Box::new(run))))
         };
-        let named = names.into_iter().zip(files.iter().zip(units)).map(start).collect::<Result<_, _>>()?;
-        Ok(Self { named, ways, between })
+        let named = names.into_iter().zip(files.iter().zip(&meant)).map(start).collect::<Result<_, _>>()?;
+        Ok(Self { named, meant, between })
     }
 
     /// The first run, if any, whose poses are messages of the log itself.
@@ -83,7 +140,7 @@ impl Runs {
 
     /// The same for a log at this path, whose scans have this frame.
     pub(crate) fn finish_in(self, log: &Path, scan_frame: Option<&str>) -> anyhow::Result<Vec<LoadedRun>> {
-        let finish = |(((name, source), ways), between): (((String, Source), _), Option<Trajectory>)| {
+        let finish = |(((name, source), meant), between): (((String, Source), Meant), Option<Trajectory>)| {
             let mut run = match source {
                 Source::Read(run) => *run,
                 Source::Topic { given, bag, topic } => {
@@ -92,15 +149,15 @@ impl Runs {
                     LoadedRun::of_topic(name, given, path, read, bag.is_some())
                 }
             };
-            for way in ways {
-                run = run.read_as(way)?;
+            for poses in meant.poses {
+                run = run.read_as(poses)?;
             }
             match between {
                 None => Ok(run),
                 Some(odometry) => run.carried_by(&odometry),
             }
         };
-        self.named.into_iter().zip(self.ways).zip(self.between).map(finish).collect()
+        self.named.into_iter().zip(self.meant).zip(self.between).map(finish).collect()
     }
 }
 
@@ -146,35 +203,35 @@ pub(crate) struct OpenedRuns<L = Box<dyn ScanLog>> {
 }
 
 impl OpenedRuns {
-    /// Opens the log, finishes the runs and finds where their sensors sat. What was found is told.
+    /// Opens the log, finishes the runs and finds where their sensors sat. Prints what was found.
     pub(crate) fn open(
         started: Runs,
         maps: impl IntoIterator<Item = MapSource>,
-        log: &LogArgs,
-        poses: (&PlaceArgs, &ClockArgs),
+        log: &LogInput,
+        asked: &Asked,
         threads: usize,
         common: &Common,
     ) -> anyhow::Result<Self> {
-        let log = log.open(&poses.0.mapper(poses.1.offset_of_all_ns())?, threads)?;
-        let tells = (!common.quiet).then_some(&common.host);
-        let found = Found::of(started, LogHead::of_log(log.as_ref()), poses, tells)?;
+        let log = log.open(threads)?;
+        let host = (!common.quiet).then_some(&common.host);
+        let found = Found::of(started, LogHead::of_log(log.as_ref()), asked, host)?;
         let damaged = found.is_damaged || !log.summary().damage.is_empty();
         Ok(Self { runs: found.into_runs(maps), log, damaged })
     }
 }
 
 impl OpenedRuns<LogOutline> {
-    /// The same with no more of the log than its index, where `is_enough` by what is found; else nothing is told.
+    /// The same with no more of the log than its index, where `is_enough` by what is found; else nothing is printed.
     pub(crate) fn outline_if(
         started: Runs,
-        log: &LogArgs,
-        poses: (&PlaceArgs, &ClockArgs),
+        log: &LogInput,
+        asked: &Asked,
         common: &Common,
         is_enough: impl FnOnce(&LogOutline, &[Run]) -> anyhow::Result<bool>,
     ) -> anyhow::Result<Option<Self>> {
         let in_log = started.in_log();
-        let log = log.outline(&poses.0.mapper(poses.1.offset_of_all_ns())?)?;
-        let found = Found::of(started, LogHead::of_outline(&log), poses, None)?;
+        let log = log.outline()?;
+        let found = Found::of(started, LogHead::of_outline(&log), asked, None)?;
         let fused = || std::iter::repeat(MapSource::Fused);
         if !is_enough(&log, &found.clone().into_runs(fused()))? {
             return Ok(None);
@@ -183,7 +240,7 @@ impl OpenedRuns<LogOutline> {
             if let Some(run) = in_log {
                 say!(
                     common.host,
-                    "note: the poses of `{run}` are in the log, so all of it is read for them; `dmp convert` writes them to a file"
+                    "note: the poses of `{run}` are messages of the log, so all of it is read; a trajectory in a file avoids that"
                 );
             }
             announce::found(&common.host, LogHead::of_outline(&log), &found.loaded);
@@ -205,19 +262,14 @@ struct Found {
 }
 
 impl Found {
-    /// Finishes the runs; what is found is told to the host, if there is one.
-    fn of(
-        started: Runs,
-        log: LogHead<'_>,
-        poses: (&PlaceArgs, &ClockArgs),
-        host: Option<&Hosted>,
-    ) -> anyhow::Result<Self> {
-        let clocks = poses.1.of_runs(&started.names())?;
-        let loaded = started.finish(log.summary())?;
+    /// Finishes the runs; prints what is found to the host, if there is one.
+    fn of(started: Runs, log: LogHead<'_>, asked: &Asked, host: Option<&Hosted>) -> anyhow::Result<Self> {
+        let clocks = RunClock::of_runs(asked, &started.names())?;
+        let loaded = started.finish(log.summary)?;
         if let Some(host) = host {
             announce::found(host, log, &loaded);
         }
-        let extrinsics = extrinsic::of_runs(&poses.0.extrinsic, &loaded, log)?;
+        let extrinsics = extrinsic::of_runs(asked, &loaded, log)?;
         if let Some(host) = host {
             announce::extrinsics(host, &loaded, &extrinsics);
         }
@@ -260,7 +312,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn topics_are_told_from_files() {
+    fn topics_are_not_files() {
         let topic = |topic: &str, world: Option<&str>, body: Option<&str>| PoseTopic {
             topic: Some(topic.into()),
             world: world.map(str::to_owned),

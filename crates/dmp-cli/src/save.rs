@@ -141,7 +141,7 @@ impl OutputsFolder {
     }
 
     fn make_missing(&mut self, folder: &Path) -> io::Result<()> {
-        // What cannot be looked at is taken to be there: it is not removed.
+        // What cannot be looked at is assumed to exist: it is not removed.
         let is_missing = |path: &&Path| !path.as_os_str().is_empty() && is_missing(path);
         let missing: Vec<&Path> = folder.ancestors().take_while(is_missing).collect();
         for path in missing.into_iter().rev() {
@@ -177,8 +177,7 @@ impl Drop for OutputsFolder {
     }
 }
 
-/// Takes a folder for the outputs of this process alone, until the answer is dropped or the process ends in
-/// whatever way. Nothing is left in the folder by it.
+/// Takes a folder for the outputs of this process alone, until the answer is dropped or the process ends. Nothing is left in the folder by it.
 pub(crate) fn take_folder(folder: &Path) -> anyhow::Result<Option<File>> {
     // Where a folder cannot be opened or locked, two programs at once are the user's to avoid.
     let Ok(handle) = File::open(folder) else { return Ok(None) };

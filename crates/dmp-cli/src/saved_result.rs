@@ -68,7 +68,7 @@ fn report(bytes: &[u8]) -> anyhow::Result<Report> {
     }
     // Then only what a result has: whatever else it is, as a tree it may need a hundred times the memory.
     let report: Report = serde_json::from_slice(bytes).map_err(|error| {
-        // It goes on to list every field that could be meant, and where it ended.
+        // The rest lists every possible field, and the position.
         let error = error.to_string();
         let problem = error.split(", expected").next().and_then(|error| error.split(" at line ").next());
         other_version(problem.unwrap_or(&error))
@@ -179,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn another_file_or_version_is_told() {
+    fn another_file_or_version_is_refused() {
         let report = || serde_json::to_value(example_reports::three_runs()).unwrap();
         let changed = |change: Change<'_>| {
             let mut report = report();

@@ -1,4 +1,4 @@
-//! What the command says: messages to standard error, results to standard output.
+//! What the command prints: messages to standard error, results to standard output.
 
 use std::fmt;
 use std::io::{self, ErrorKind, Write};
@@ -6,6 +6,7 @@ use std::thread;
 use std::time::Duration;
 
 use dmp_log::printable;
+use serde::Serialize;
 
 use crate::terminal::Tone;
 
@@ -13,14 +14,14 @@ use crate::terminal::Tone;
 const HELD_BYTES: usize = 1 << 16;
 /// Most characters of a message: names have up to 65,535 each.
 const MOST_SAID: usize = 4000;
-/// How long to wait before what cannot take more is asked again.
+/// How long to wait before writing again to what is full.
 const FULL_FOR: Duration = Duration::from_millis(5);
-/// What logs of GitHub, Azure and `TeamCity` take for commands wherever it stands.
+/// Text that logs of GitHub, Azure and `TeamCity` execute as commands anywhere in a line.
 const COMMANDS: [&str; 3] = ["##[", "##vso[", "##teamcity["];
 
-/// Prints a line to standard error, as `eprintln!` does, or tells it the program that runs the command, and goes on where
-/// nobody listens: scores do not depend on whether somebody reads the notes. Text from files cannot leave its line nor command
-/// a terminal or a CI server.
+/// Prints a line to standard error, as `eprintln!` does, or passes it to the program that runs the command. It ignores errors:
+/// scores do not depend on whether somebody reads the notes. Text from files cannot leave its line nor command a terminal or a CI
+/// server.
 macro_rules! say {
     ($host:expr, $($argument:tt)*) => { $host.line(format_args!($($argument)*)) };
 }
@@ -37,7 +38,7 @@ pub(crate) fn line(text: fmt::Arguments<'_>) {
     command(&as_line(text));
 }
 
-/// What is said, as a line: shortened where it is very long.
+/// A text as one line, shortened where it is very long.
 pub(crate) fn as_line(text: fmt::Arguments<'_>) -> String {
     let said = without_commands(&printable(&text.to_string()));
     match said.char_indices().nth(MOST_SAID) {
@@ -49,13 +50,19 @@ pub(crate) fn as_line(text: fmt::Arguments<'_>) -> String {
 /// Prints a line that is to command a CI server.
 pub(crate) fn command(text: &str) {
     let line = format!("{}\n", printable(text));
-    // Where standard error is closed or full there is nobody to tell.
+    // Where standard error is closed or full, nobody reads it.
     let _ = write_waiting(&mut io::stderr().lock(), line.as_bytes());
 }
 
 /// See [`tell!`].
 pub(crate) fn result(out: &mut impl Write, text: fmt::Arguments<'_>) -> io::Result<()> {
     writeln!(out, "{}", printable(&text.to_string()))
+}
+
+/// Writes a result as JSON, and a line end.
+pub(crate) fn json(out: &mut impl Write, value: &impl Serialize) -> io::Result<()> {
+    serde_json::to_writer_pretty(&mut *out, value)?;
+    writeln!(out)
 }
 
 /// Results cannot be written.
@@ -69,17 +76,13 @@ pub(crate) fn of_results(error: &io::Error) -> io::Error {
 pub(crate) struct Printed<W: Write> {
     out: W,
     held: Vec<u8>,
-    has_colour: bool,
+    /// Whether the reader sees colours.
+    pub(crate) has_colour: bool,
 }
 
 impl<W: Write> Printed<W> {
     pub(crate) fn new(out: W) -> Self {
         Self { out, held: Vec::new(), has_colour: false }
-    }
-
-    /// For who sees colours, or does not.
-    pub(crate) fn with_colour(self, has_colour: bool) -> Self {
-        Self { has_colour, ..self }
     }
 
     /// What is not printable is written out, but for tones.
@@ -150,7 +153,7 @@ fn without_commands(line: &str) -> String {
     text
 }
 
-/// Writes all bytes, and waits where the other end asks to be asked again.
+/// Writes all bytes, and waits where the other end is full.
 fn write_waiting(out: &mut impl Write, mut bytes: &[u8]) -> io::Result<()> {
     while !bytes.is_empty() {
         match out.write(bytes) {
@@ -183,7 +186,7 @@ mod tests {
     }
 
     fn printed_in(text: &str, has_colour: bool) -> String {
-        let mut out = Printed::new(Vec::new()).with_colour(has_colour);
+        let mut out = Printed { has_colour, ..Printed::new(Vec::new()) };
         // In pieces, as tables and JSON come.
         text.chars().for_each(|c| write!(out, "{c}").unwrap());
         out.flush().unwrap();

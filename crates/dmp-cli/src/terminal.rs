@@ -2,16 +2,15 @@
 
 use std::io::{self, Write};
 
-use anstream::AutoStream;
+use anstream::{AutoStream, ColorChoice};
 use anstyle::{AnsiColor, Style};
-use clap::ColorChoice;
 use dmp_draw::text::wrapped;
 use dmp_log::printable;
 use terminal_size::terminal_size_of;
 
 /// Columns of what is no terminal: the same wherever it goes.
 const PIPED: usize = 80;
-/// Lines are no narrower, or tables have no room, and no wider, or eyes lose their way back.
+/// Narrower lines have no room for tables, wider ones are hard to read.
 const WIDTHS: [usize; 2] = [40, 140];
 
 /// Where text for people is read.
@@ -58,14 +57,11 @@ impl Tone {
 }
 
 impl Terminal {
-    /// Standard output of this process. `COLUMNS` goes before what a terminal says of itself.
-    pub(crate) fn of_stdout(colour: ColorChoice) -> Self {
+    /// Standard output of this process. `COLUMNS` overrides the terminal's own width; `NO_COLOR` and `CLICOLOR_FORCE` decide on
+    /// colour before the terminal does.
+    pub(crate) fn of_stdout() -> Self {
         let stdout = io::stdout();
-        let has_colour = match colour {
-            ColorChoice::Always => true,
-            ColorChoice::Never => false,
-            ColorChoice::Auto => AutoStream::choice(&stdout) != anstream::ColorChoice::Never,
-        };
+        let has_colour = AutoStream::choice(&stdout) != ColorChoice::Never;
         let asked = std::env::var("COLUMNS")
             .ok()
             .and_then(|columns| columns.parse().ok())
@@ -75,7 +71,7 @@ impl Terminal {
         Self { width: width.unwrap_or(PIPED).clamp(narrowest, widest), has_colour }
     }
 
-    /// A text that cannot be taken for a command, in a tone.
+    /// A text without control characters, in a tone.
     pub(crate) fn painted(self, tone: Tone, text: &str) -> String {
         if !self.has_colour {
             return text.to_owned();

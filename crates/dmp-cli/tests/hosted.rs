@@ -11,7 +11,7 @@ use std::sync::{Arc, Mutex};
 use dmp_cli::{Exit, Failure, FailureKind, Host, run_for};
 use serde_json::Value;
 
-/// Keeps what it is told, and may stop the command at its first step.
+/// Keeps the lines that it gets, and may stop the command at its first step.
 #[derive(Debug, Default)]
 struct Listening {
     lines: Mutex<Vec<String>>,
@@ -143,7 +143,7 @@ fn failures_say_what_is_at_fault() {
     assert!(line.starts_with("invalid value 'wide' for '--voxel"), "{line}");
     let (kind, line) = failure(&["info", "no\nlog"]);
     assert_eq!(kind, FailureKind::Usage);
-    assert!(line.ends_with("cannot be told in a line: rename it"), "{line}");
+    assert!(line.ends_with("cannot be printed: rename it"), "{line}");
     let (kind, line) = failure(&["info", garbage.to_str().unwrap()]);
     assert_eq!(kind, FailureKind::Input);
     assert!(line.starts_with(garbage.to_str().unwrap()), "{line}");

@@ -73,10 +73,10 @@ fn a_topic_of_the_log_or_of_another_bag_is_a_trajectory() {
     assert_eq!(body_from_sensor(&run), [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
     assert_eq!(run["body_from_sensor_source"], "identity: the trajectory moves the scans' frame `lidar`");
     assert!(run["notes"][0].as_str().unwrap().contains("`lidar` in `map`"), "{run}");
-    let told = dmp("info LOG -t topic:/odom --json");
-    let told: Value = serde_json::from_slice(&told.stdout).unwrap();
+    let info = dmp("info LOG -t topic:/odom --json");
+    let info: Value = serde_json::from_slice(&info.stdout).unwrap();
     assert_eq!(
-        (&told["trajectories"][0]["format"], &told["trajectories"][0]["poses"]),
+        (&info["trajectories"][0]["format"], &info["trajectories"][0]["poses"]),
         (&"Odometry".into(), &11.into())
     );
 }

@@ -93,8 +93,8 @@ fn one_trajectory_in_every_format_has_one_score() {
     let report = score(&folder, "town.mcap -t tum=truth.tum -t euroc=truth.csv");
     assert_eq!(r_cv_m2(&report, 0).to_bits(), r_cv_m2(&report, 1).to_bits());
     assert_eq!(report["inputs"]["runs"][1]["format"], "EuRoC");
-    let told = dmp(&folder, "info town.mcap -t truth.csv");
-    assert!(text(&told.stdout).contains("EuRoC"), "{told:?}");
+    let info = dmp(&folder, "info town.mcap -t truth.csv");
+    assert!(text(&info.stdout).contains("EuRoC"), "{info:?}");
 }
 
 #[test]
@@ -106,14 +106,14 @@ fn the_format_can_be_given() {
     write_euroc(&mut csv, &truth).unwrap();
     let lines: Vec<&str> = text(&csv).lines().skip(1).collect();
     fs::write(folder.join("run.csv"), lines.join("\n") + "\n").unwrap();
-    let found = dmp(&folder, "info town.mcap -t run.csv --trajectory-format euroc --json");
+    let found = dmp(&folder, "info town.mcap -t run.csv --poses-as euroc --json");
     assert_eq!(json(&found)["trajectories"][0]["format"], "EuRoC", "{found:?}");
-    let scored = score(&folder, "town.mcap -t run.csv --trajectory-format euroc");
+    let scored = score(&folder, "town.mcap -t run.csv --poses-as euroc");
     assert_eq!(scored["inputs"]["runs"][0]["format"], "EuRoC");
-    let other = dmp(&folder, "score town.mcap -t truth.tum --trajectory-format kitti");
+    let other = dmp(&folder, "score town.mcap -t truth.tum --poses-as kitti");
     assert_eq!(code(&other), 1);
     assert!(text(&other.stderr).starts_with("error: truth.tum: line 2: 8 columns, expected 12"), "{other:?}");
-    let unknown = dmp(&folder, "score town.mcap -t truth.tum --trajectory-format pdf");
+    let unknown = dmp(&folder, "score town.mcap -t truth.tum --poses-as truth=pdf");
     assert_eq!(code(&unknown), 2);
     assert!(text(&unknown.stderr).contains("tum, kitti, euroc, npy, g2o"), "{unknown:?}");
 }
@@ -124,15 +124,15 @@ fn row_19_kittis_camera_is_brought_into_the_lidar() {
     let velodyne_from_camera = parse_calib(format!("Tr: {TR}").as_bytes()).unwrap().inverse();
     save_rows(&folder.join("camera.txt"), &moved(&folder.join("lidar.txt"), &velodyne_from_camera));
 
-    // Without a calibration the sensor is the body, and that is told; and that the scans say otherwise.
-    let told = dmp(&folder, "score 07 -t camera.txt lidar.txt");
-    assert_eq!(code(&told), 3, "{told:?}");
+    // Without a calibration the sensor is the body; the scans contradict that, and both are reported.
+    let output = dmp(&folder, "score 07 -t camera.txt lidar.txt");
+    assert_eq!(code(&output), 3, "{output:?}");
     for words in [
         "body_from_sensor: identity: neither a calib.txt nor frames say otherwise",
         "run `camera` is left out: its poses are misread",
         "--extrinsic camera=0,0,0,0.5,-0.5,0.5,0.5 mends it",
     ] {
-        assert!(text(&told.stderr).contains(words), "no `{words}` in {told:?}");
+        assert!(text(&output.stderr).contains(words), "no `{words}` in {output:?}");
     }
 
     fs::write(folder.join("07/calib.txt"), format!("P0: 1 2 3\nTr: {TR}\n")).unwrap();
@@ -151,12 +151,12 @@ fn row_19_kittis_camera_is_brought_into_the_lidar() {
         assert!(found.zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{numbers:?}");
         assert_eq!(report["config"]["body_from_sensor"], Value::Null);
     }
-    // Taken for the LiDAR's, the camera's poses explain nothing.
+    // Scored as the LiDAR's, the camera's poses explain nothing.
     let report = score(&folder, "07 -t camera.txt lidar.txt --extrinsic identity --trust");
     assert_eq!((&report["order"][0], &report["pairs"][0]["verdict"]), (&"lidar".into(), &"lidar".into()));
     let identity = serde_json::json!([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
     assert_eq!(report["config"]["body_from_sensor"], identity);
-    // Each run may be told apart.
+    // Each run may have its own.
     let options = "--extrinsic camera=calib:07/calib.txt --extrinsic 0,0,0,0,0,0,1";
     let report = score(&folder, &format!("07 -t camera.txt lidar.txt {options}"));
     assert!((r_cv_m2(&report, 0) / r_cv_m2(&report, 1) - 1.0).abs() < 1e-3, "{report}");

@@ -7,9 +7,9 @@ use std::path::Path;
 use crate::Unfinished;
 use crate::folder_lock::{is_at, open_lock};
 
-/// Ends the name of what is in the making: nobody else's files end so.
+/// Suffix of unfinished files: no other program uses it.
 const SUFFIX: &str = ".dmp-tmp";
-/// Of a target's name, so much stands in that of what is in the making: names are 255 bytes at most.
+/// Bytes of the target's name in the name of its unfinished file: names are 255 bytes at most.
 const NAME_BYTES: usize = 200;
 /// Letters and digits between the two.
 const RANDOM: usize = 6;
@@ -55,7 +55,7 @@ impl Beside {
         sweep(target);
         loop {
             let (mut beside, ()) = Self::make(target, |path| fs::create_dir(path))?;
-            // Where folders cannot be opened they are not locked, and nobody sweeps them.
+            // Where folders cannot be opened they are not locked, and never swept.
             let Ok(lock) = File::open(beside.path()) else { return Ok(beside) };
             if lock_new(&lock, beside.path())? {
                 beside.lock = Some(lock);

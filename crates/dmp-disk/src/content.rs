@@ -64,7 +64,7 @@ pub struct FileState {
     pub bytes: u64,
     /// When its content was changed, nanoseconds since 1970.
     pub modified_ns: i64,
-    /// When it or what is said of it was changed, nanoseconds since 1970; 0 where the system does not tell.
+    /// When it or its metadata was changed, nanoseconds since 1970; 0 where the system does not say.
     pub changed_ns: i64,
     /// Its number on the disk; 0 where there is none.
     pub inode: u64,

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-/// What a file system has left for whoever asks.
+/// Free space of a file system.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct DiskSpace {
     /// Bytes that can still be written.
@@ -11,7 +11,7 @@ pub struct DiskSpace {
     pub file_system: u64,
 }
 
-/// What is free on the file system that a folder is on; `None` where the system does not tell.
+/// What is free on the file system that a folder is on; `None` where the system does not say.
 #[cfg(unix)]
 pub fn disk_space(folder: &Path) -> Option<DiskSpace> {
     use std::os::unix::fs::MetadataExt as _;
@@ -20,7 +20,7 @@ pub fn disk_space(folder: &Path) -> Option<DiskSpace> {
     Some(DiskSpace { free_bytes: found.f_bavail.saturating_mul(found.f_frsize), file_system })
 }
 
-/// What is free on the file system that a folder is on; `None` where the system does not tell.
+/// What is free on the file system that a folder is on; `None` where the system does not say.
 #[cfg(not(unix))]
 pub fn disk_space(_: &Path) -> Option<DiskSpace> {
     None

@@ -34,7 +34,7 @@ pub enum DiskError {
         /// The work folder.
         path: PathBuf,
     },
-    /// Records put aside could not be read back as they were written.
+    /// Spilled records could not be read back as they were written.
     #[error("the scratch file changed on disk (tile {tile})")]
     ScratchDamaged {
         /// The tile.

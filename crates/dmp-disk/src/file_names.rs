@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::DiskError;
 
-/// The names of the files in a folder, in order; names that are no text are left out.
+/// The names of the files in a folder, in order; names that are no text are skipped.
 ///
 /// # Errors
 /// When the folder cannot be read.

@@ -47,14 +47,14 @@ pub(crate) fn open_lock(path: &Path, make: bool) -> io::Result<File> {
     Ok(lock)
 }
 
-/// Whether a path is that of a folder, no link, that is this user's and that nobody else may write in.
+/// Whether a path is that of a folder, no link, that is this user's and that no other user may write in.
 pub fn is_own_folder(path: &Path) -> bool {
     let Ok(found) = fs::symlink_metadata(path) else { return false };
     found.is_dir() && is_own(&found) && !is_writable_by_others(&found)
 }
 
 /// Whether a link may be followed: not where everybody may put links and another user has (as Linux'
-/// `fs.protected_symlinks` has it, which looks at folders alone where nobody removes what is another's).
+/// `fs.protected_symlinks` has it, which checks only folders in which users cannot remove each other's files).
 pub(crate) fn may_follow(link: &Path, folder: &Path) -> bool {
     let (Ok(link), Ok(folder)) = (fs::symlink_metadata(link), fs::metadata(folder)) else { return false };
     is_own(&link) || !is_everybodys(&folder) || is_of_same_owner(&link, &folder)
@@ -108,7 +108,7 @@ pub(crate) fn is_at(file: &File, path: &Path) -> io::Result<bool> {
     Ok(there(fs::metadata(path))?.is_some_and(|there| same_file(&open, &there)))
 }
 
-/// What was found at a path; `None` where there is nothing. What cannot be looked at is an error: it may well be there.
+/// What was found at a path; `None` where there is nothing. What cannot be read is an error: it may be there.
 pub(crate) fn there(found: io::Result<fs::Metadata>) -> io::Result<Option<fs::Metadata>> {
     match found {
         Ok(found) => Ok(Some(found)),

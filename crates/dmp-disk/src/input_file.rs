@@ -7,7 +7,7 @@ use std::path::Path;
 /// Opens a file that is read more than once, or not from its start to its end.
 ///
 /// # Errors
-/// When it cannot be opened, and where it is a pipe: whoever opens one may wait for ever, and what was read of it is gone.
+/// When it cannot be opened, and where it is a pipe: opening one may block for ever, and a pipe cannot be read twice.
 pub fn open_input(path: &Path) -> io::Result<File> {
     #[cfg(unix)]
     if std::os::unix::fs::FileTypeExt::is_fifo(&std::fs::metadata(path)?.file_type()) {

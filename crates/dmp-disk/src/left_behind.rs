@@ -1,4 +1,4 @@
-//! Work folders that processes left behind: which are to be gone on from, and removing the others.
+//! Work folders that processes left behind: which can be resumed, and removing the others.
 
 use std::fs;
 use std::io;
@@ -27,7 +27,7 @@ pub(crate) fn own_folders(parent: &Path, prefix: &str) -> impl Iterator<Item = P
     named.map(|entry| entry.path()).filter(|path| is_own_folder(path))
 }
 
-/// Removes the folders of killed processes that hold nothing to go on from. What cannot be looked at is let be.
+/// Removes the folders of killed processes that hold no checkpoint. A folder that cannot be read is left alone.
 pub(crate) fn sweep(parent: &Path) {
     for folder in own_folders(parent, PREFIX).filter(|folder| !has_checkpoint(folder)) {
         match open_lock(&folder.join(LOCK), false) {
@@ -46,11 +46,11 @@ pub(crate) fn sweep(parent: &Path) {
     }
 }
 
-/// Removes a folder, in an order that tells what is left where that ends midway: what can be gone on from first, so that
-/// nobody does without the rest, and the lock last, so that the next process removes the rest.
+/// Removes a folder, in an order that shows what is left where that ends midway: the checkpoints first, so that no
+/// process resumes without the rest, and the lock last, so that the next process removes the rest.
 pub(crate) fn remove(folder: &Path) {
     let files = || fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
-    // Whatever cannot be removed is left for the user to find; there is nobody to tell.
+    // What cannot be removed stays; there is no caller to report it to.
     let _: Vec<_> = files().filter(|path| is_checkpoint(path)).map(fs::remove_file).collect();
     let _: Vec<_> = files().filter(|path| !path.ends_with(LOCK)).map(fs::remove_file).collect();
     let _ = fs::remove_dir_all(folder);

@@ -116,26 +116,26 @@ impl OutputFile {
     /// # Errors
     /// As [`Self::commit`], with the target; where the first name cannot be given, none is.
     pub fn commit_all(mut files: Vec<Self>) -> Result<(), (PathBuf, io::Error)> {
-        let told = |target: &Path| {
+        let failed = |target: &Path| {
             let target = target.to_path_buf();
             move |error| (target, error)
         };
         for file in &files {
-            file.file.sync_all().map_err(told(&file.target))?;
+            file.file.sync_all().map_err(failed(&file.target))?;
         }
         {
             let _held = unfinished::all();
             for file in &mut files {
                 if let Place::Beside(beside, place) = &mut file.place {
-                    beside.rename(place).map_err(told(&file.target))?;
+                    beside.rename(place).map_err(failed(&file.target))?;
                 }
             }
         }
         for file in files {
-            let told = told(&file.target);
+            let failed = failed(&file.target);
             match &file.place {
-                Place::Beside(_, place) => flush_folder(place).map_err(told)?,
-                Place::Through => file.commit().map_err(told)?,
+                Place::Beside(_, place) => flush_folder(place).map_err(failed)?,
+                Place::Through => file.commit().map_err(failed)?,
             }
         }
         Ok(())

@@ -1,4 +1,4 @@
-//! Parts of tiles in one file, put aside and read back.
+//! Parts of tiles in one file, spilled and read back.
 
 use std::collections::{BTreeSet, HashMap};
 use std::fs::{File, OpenOptions};
@@ -14,7 +14,7 @@ use crate::{DiskError, TileId};
 /// Records behind which their checksum stands: none is handed over before it is compared.
 const CHECKED: usize = 64;
 const CRC_BYTES: usize = 4;
-/// Records of a part, at most: so many are packed in memory before they are written.
+/// Most records of a part, which is packed in memory before it is written.
 const PART: usize = 256 * CHECKED;
 /// Records read back at a time, and of each part where many are read side by side.
 const BATCH: usize = 64 * CHECKED;
@@ -42,7 +42,7 @@ struct Part {
     records: usize,
 }
 
-/// What so many records take with their checksums, bytes; `None` where no number holds it.
+/// Bytes of a number of records with their checksums; `None` where no number holds it.
 fn bytes_of<T>(records: u64) -> Option<u64> {
     let sums = records.div_ceil(CHECKED as u64).checked_mul(CRC_BYTES as u64)?;
     records.checked_mul(size_of::<T>() as u64)?.checked_add(sums)

@@ -47,11 +47,11 @@ impl<T: Pod> TileBuckets<T> {
         list.push(record);
         self.waiting_bytes += (list.capacity() - before) * size_of::<T>();
         *self.counts.entry(tile).or_default() += 1;
-        if self.waiting_bytes > self.budget_bytes { self.put_aside() } else { Ok(()) }
+        if self.waiting_bytes > self.budget_bytes { self.spill() } else { Ok(()) }
     }
 
     /// Writes the longest lists until half the budget is free: parts on disk stay long.
-    fn put_aside(&mut self) -> Result<(), DiskError> {
+    fn spill(&mut self) -> Result<(), DiskError> {
         let mut lengths: Vec<(usize, TileId)> =
             self.waiting.iter().map(|(&tile, list)| (list.capacity(), tile)).collect();
         lengths.sort_unstable_by(|a, b| b.cmp(a));
@@ -94,7 +94,7 @@ impl<T: Pod> TileBuckets<T> {
         self.waiting.get(&tile).into_iter().flatten().try_for_each(each)
     }
 
-    /// Bytes put aside so far.
+    /// Bytes spilled so far.
     pub fn scratch_bytes(&self) -> u64 {
         self.scratch.bytes()
     }
@@ -124,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_put_aside_comes_back_in_order() {
+    fn what_is_spilled_comes_back_in_order() {
         let (small, large) = (filled(20_000), filled(usize::MAX));
         assert!(small.scratch_bytes() > 500_000 && large.scratch_bytes() == 0);
         assert_eq!((small.tiles(), small.tile_count()), (large.tiles(), 21));

@@ -62,14 +62,14 @@ impl Drop for Unfinished {
     fn drop(&mut self) {
         let mut all = all();
         if let Some(k) = all.iter().position(|begun| begun.path == self.0) {
-            // The order tells which folders are in which.
+            // By their order, which folders are in which.
             all.remove(k);
         }
     }
 }
 
-/// Removes what this process has begun and not finished, but for work folders with a checkpoint, which can be gone on from, and
-/// gives those: the last that it does, whatever its other threads are at. Nothing can be begun or finished afterwards.
+/// Removes what this process has begun and not finished, except work folders with a checkpoint, which can be resumed, and
+/// returns those: the last that it does, whatever its other threads are at. Nothing can be begun or finished afterwards.
 pub fn remove_unfinished() -> Vec<PathBuf> {
     let all = all();
     let (folders, whole): (Vec<&Begun>, Vec<&Begun>) = all.iter().partition(|begun| begun.if_empty);
@@ -88,7 +88,7 @@ pub fn remove_unfinished() -> Vec<PathBuf> {
         let _ = fs::remove_dir(&folder.path);
     }
     let kept = kept.into_iter().map(Path::to_path_buf).collect();
-    // Who waits for it now would leave something behind.
+    // Keeps the lock: a thread that got it now would leave something behind.
     std::mem::forget(all);
     kept
 }

@@ -8,15 +8,15 @@ use crate::folder_lock::{LOCK, lock_folder};
 use crate::left_behind::{PREFIX, has_checkpoint, is_checkpoint, own_folders, remove, sweep};
 use crate::{DiskError, Unfinished};
 
-/// Letters and digits that nobody can guess.
+/// Random letters and digits.
 const RANDOM: usize = 12;
 /// How often a folder is made anew where others remove it before it is locked.
 const TRIES: u32 = 20;
 
 /// Where scratch files, maps and checkpoints of one evaluation live: a folder that one process at a time works in.
 ///
-/// It is removed with all it holds when it is dropped, unless it was [told to stay](Self::keep). A process that is
-/// killed leaves it behind: with a checkpoint in it, it can be [taken up](Self::of); without one, the next
+/// It is removed with all it holds when it is dropped, unless it [stays](Self::keep). A process that is
+/// killed leaves it behind: with a checkpoint in it, it can be [resumed](Self::of); without one, the next
 /// process that makes a folder beside it removes it.
 ///
 /// ```
@@ -27,7 +27,7 @@ const TRIES: u32 = 20;
 /// folder.save("fusing", b"as far as scan 1200")?;
 /// folder.keep();
 /// drop(folder);
-/// // Another process goes on from there.
+/// // Another process resumes from there.
 /// let folder = WorkFolder::of(parent.path(), "town", true)?;
 /// assert_eq!(folder.load("fusing")?.as_deref(), Some(&b"as far as scan 1200"[..]));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -42,7 +42,7 @@ pub struct WorkFolder {
 }
 
 impl WorkFolder {
-    /// Makes a folder inside `parent`, of a name that nobody can guess, that nobody else may look into.
+    /// Makes a folder inside `parent`, with a random name, that no other user may look into.
     ///
     /// # Errors
     /// When it cannot be made there.
@@ -60,7 +60,7 @@ impl WorkFolder {
         sweep(parent);
         let prefix = format!("{PREFIX}{id}-");
         let mut left: Vec<PathBuf> = own_folders(parent, &prefix).collect();
-        // One that can be gone on from first.
+        // Those with a checkpoint first.
         left.sort_by_key(|path| (!has_checkpoint(path), path.clone()));
         // The parent is to be there: a path that was mistyped is no place for gigabytes.
         let Some(path) = left.into_iter().next() else { return Self::make(parent, &prefix) };
@@ -103,7 +103,7 @@ impl WorkFolder {
             let entries = fs::read_dir(&self.path)?.map(|entry| Ok(entry?.path()));
             let mut left: Vec<PathBuf> = entries.collect::<io::Result<_>>()?;
             left.retain(|path| !path.ends_with(LOCK));
-            // Where that ends midway, nobody goes on from what is left.
+            // The checkpoint first: where this ends midway, nothing resumes from the rest.
             left.sort_by_key(|path| !is_checkpoint(path));
             left.iter().try_for_each(fs::remove_file)
         };
@@ -186,7 +186,7 @@ mod tests {
         afresh.keep();
         let left = afresh.path().to_owned();
         drop(afresh);
-        // Nobody works there and nothing can be gone on from: the next one cleans up.
+        // Not in use and without a checkpoint: the next one cleans up.
         drop(WorkFolder::new(parent.path()).unwrap());
         assert!(!left.exists());
     }
@@ -234,7 +234,7 @@ mod tests {
         fs::create_dir(&open).unwrap();
         fs::set_permissions(&open, fs::Permissions::from_mode(0o777)).unwrap();
         fs::write(open.join("cast.checkpoint"), b"forged").unwrap();
-        // The pipe's folder is this user's: an error, and nobody waits.
+        // The pipe's folder is this user's: an error, without blocking.
         assert!(WorkFolder::of(parent.path(), "a", true).is_err());
         fs::remove_dir_all(&pipe).unwrap();
         let work = WorkFolder::of(parent.path(), "a", true).unwrap();
@@ -246,7 +246,7 @@ mod tests {
         assert!(open.join("cast.checkpoint").exists());
     }
 
-    /// A folder is there before it is locked; whoever sweeps then must not leave its owner without one.
+    /// A folder is there before it is locked; a sweep at that moment must not remove it.
     #[test]
     fn folders_made_at_the_same_time_are_all_there() {
         let parent = tempfile::tempdir().unwrap();

@@ -27,8 +27,7 @@ pub fn answer(report: &Report, shown: impl Fn(&str) -> String) -> String {
         [] => return "No run was scored.".to_owned(),
         [only] => {
             return format!(
-                "{} was scored alone. Its numbers say where its map is wrong; whether it is a good one shows beside another \
-                 run of this log.",
+                "{} was scored alone. Score another run of this log beside it to rank them.",
                 shown(only)
             );
         }

@@ -289,23 +289,4 @@ mod tests {
         closeup.sampled(sensor_m, &east(None));
         assert_eq!(closeup.side.get(200, 130), 0, "10 m beside the way is too deep");
     }
-
-    #[test]
-    fn whatever_comes_is_drawn_or_left_out() {
-        let mut closeup = closeup();
-        for odd in [f32::NAN, f32::INFINITY, 0.0, 1e30] {
-            let sampled = SampledReturn {
-                from_sensor_m: [odd; 3],
-                direction: [odd; 3],
-                residual_m: Some(odd),
-                revisited: true,
-            };
-            closeup.sampled([f64::from(odd); 3], &sampled);
-            closeup.disc(&DiscInWorld {
-                centre_in_world_m: [f64::from(odd); 3],
-                normal: [odd; 3],
-                radius_m: 0.1,
-            });
-        }
-    }
 }

@@ -1,8 +1,8 @@
-//! The table of the runs, the same for a terminal and a page: its columns, its rows and what stands in them.
+//! The table of the runs, the same for a terminal and a page: its columns, its rows, its cells and its legend.
 
-use dmp::{Report, RunReport};
+use dmp::{Column, ColumnUnit, Report, RunReport, columns_by_rank};
 
-use crate::text::{NONE, digits, percent};
+use crate::text::{NONE, confidence, digits, percent};
 
 /// The table of the runs.
 #[derive(Debug)]
@@ -32,23 +32,19 @@ pub struct RankingRow<'a> {
 impl Ranking<'_> {
     /// The unit of the first column.
     pub fn unit(&self) -> &'static str {
-        self.columns.first().map_or("m", |column| column.unit)
+        self.columns.first().map_or("m", ScoreColumn::unit)
     }
 
     /// A square, m², as the first column shows it: its root, in [`Self::unit`].
     pub fn root_of(&self, square_m2: f64) -> f64 {
-        let per_metre = match self.unit() {
-            "mm" => 1000.0,
-            "cm" => 100.0,
-            _ => 1.0,
-        };
-        per_metre * square_m2.max(0.0).sqrt()
+        self.columns.first().map_or(1.0, |first| first.column.shown_in(first.scale_m).1)
+            * square_m2.max(0.0).sqrt()
     }
 }
 
 impl RankingRow<'_> {
     /// Whether its rank is not that of the run above.
-    pub fn has_a_rank_of_its_own(&self) -> bool {
+    pub fn has_own_rank(&self) -> bool {
         self.rank != SHARED
     }
 }
@@ -58,7 +54,10 @@ const SHARED: &str = "=";
 
 /// The runs of a report with their scores, as a table for people.
 pub fn ranking(report: &Report) -> Ranking<'_> {
-    let columns = columns(report);
+    let of = |column: &'static Column| {
+        column.shown(report).into_iter().map(move |scale_m| ScoreColumn { column, scale_m })
+    };
+    let columns: Vec<ScoreColumn> = columns_by_rank().into_iter().flat_map(of).collect();
     let row = |(rank, run): (Option<usize>, _)| {
         let (value_m2, interval_m2) = RunReport::first_score(run, report.leading_basis());
         let rank = rank.map_or_else(|| SHARED.to_owned(), |rank| rank.to_string());
@@ -72,81 +71,92 @@ pub fn ranking(report: &Report) -> Ranking<'_> {
 /// A column of the ranking.
 #[derive(Debug, Clone, Copy)]
 pub struct ScoreColumn {
-    /// What is shown, as `R_cv`.
-    pub name: &'static str,
-    /// Where it is cut off, metres; `None` for what has no truncation.
+    /// What is shown.
+    pub column: &'static Column,
+    /// Where it is truncated, metres; `None` for what has no truncation.
     pub scale_m: Option<f64>,
-    /// The second line of its head where there is no truncation: `mean`, or nothing.
-    pub detail: &'static str,
-    /// The unit of what is shown.
-    pub unit: &'static str,
-    value: fn(&RunReport, usize) -> Option<f64>,
-    /// The truncation it stands for, from the largest.
-    index: usize,
-    show: fn(f64) -> String,
 }
 
 impl ScoreColumn {
     /// What it shows of a run.
     fn show(&self, run: &RunReport) -> String {
-        (self.value)(run, self.index).map_or_else(|| NONE.to_owned(), self.show)
+        let shown = |value: f64| match self.column.unit {
+            ColumnUnit::Share => percent(value),
+            _ => digits(self.column.shown_in(self.scale_m).1 * value),
+        };
+        self.column.value(run, self.scale_m).map_or_else(|| NONE.to_owned(), shown)
+    }
+
+    /// The unit of what is shown.
+    pub fn unit(&self) -> &'static str {
+        self.column.shown_in(self.scale_m).0
+    }
+
+    /// The second line of its head: the truncation, `mean`, or nothing.
+    pub fn detail(&self) -> String {
+        self.scale_m.map_or_else(|| self.column.detail.to_owned(), |scale_m| format!("{scale_m} m"))
     }
 
     /// Name and truncation, as `R_cv 10 m`, or name and detail.
     pub fn title(&self) -> String {
-        let second = self.scale_m.map_or_else(|| self.detail.to_owned(), |scale_m| format!("{scale_m} m"));
-        format!("{} {second}", self.name).trim_end().to_owned()
-    }
-
-    /// A root mean square that is cut off, in a unit in which it has few digits.
-    fn root(
-        name: &'static str,
-        value: fn(&RunReport, usize) -> Option<f64>,
-        index: usize,
-        scales_m: &[f64],
-    ) -> Option<Self> {
-        let scale_m = *scales_m.get(index)?;
-        let (unit, show): (_, fn(f64) -> String) = match scale_m {
-            m if m >= 2.0 => ("m", |square_m2| digits(square_m2.sqrt())),
-            m if m >= 0.1 => ("cm", |square_m2| digits(100.0 * square_m2.sqrt())),
-            _ => ("mm", |square_m2| digits(1000.0 * square_m2.sqrt())),
-        };
-        Some(Self { name, scale_m: Some(scale_m), detail: "", unit, value, index, show })
-    }
-
-    const fn share(name: &'static str, value: fn(&RunReport, usize) -> Option<f64>) -> Self {
-        Self { name, scale_m: None, detail: "", unit: "%", value, index: 0, show: percent }
+        format!("{} {}", self.column.name, self.detail()).trim_end().to_owned()
     }
 }
 
-const fn mean(name: &'static str, value: fn(&RunReport, usize) -> Option<f64>) -> ScoreColumn {
-    ScoreColumn { name, scale_m: None, detail: "mean", unit: "m²", value, index: 0, show: digits }
-}
-
-/// The columns that a report's runs are ranked beside, the one that ranks first: of `R_cv`, or of `R_near` where all
-/// maps were given.
-fn columns(report: &Report) -> Vec<ScoreColumn> {
-    let scales = report.config.scales;
-    let near_m: &[f64] = &scales.lengths().near_m;
-    let near = |index| ScoreColumn::root("R_near", |run, k| run.r_near_m2[k], index, near_m);
-    let cross_validated = report.is_cross_validated();
-    let mut columns: Vec<ScoreColumn> = if cross_validated {
-        // The first of the truncations serves the place guard alone.
-        let cv =
-            |index| ScoreColumn::root("R_cv", |run, k| run.r_cv_m2[k], index, &scales.lengths().cv_m[1..]);
-        [cv(0), cv(1), cv(2), near(near_m.len() - 1)].into_iter().flatten().collect()
+/// A term and its meaning for each column with one of these names, and for what else stands in the table.
+pub fn legend(report: &Report, shown: &[&str]) -> Vec<(&'static str, String)> {
+    let ranking = ranking(report);
+    let sure = confidence(report.promise.interval_confidence);
+    let interval = if shown.contains(&"interval") {
+        format!("; interval: where that lies ({sure} sure)")
     } else {
-        (0..near_m.len()).filter_map(near).collect()
+        String::new()
     };
-    columns.push(mean("DMP", |run, _| run.dmp_mean_m2));
-    if report.runs.iter().any(|run| run.dmp_depth_mean_m2.is_some()) {
-        columns.push(mean("DMP depth", |run, _| run.dmp_depth_mean_m2));
+    let mut all = vec![(
+        "verdict",
+        format!(
+            "how much larger the RMS residual is than that of the first run, over the returns that both maps predict, at the \
+             largest truncation at which that is certain{interval}"
+        ),
+    )];
+    let mut columns: Vec<&ScoreColumn> = ranking.columns.iter().collect();
+    columns.dedup_by_key(|column| column.column.name);
+    for (place, column) in columns.into_iter().map(|column| column.column).enumerate() {
+        let mut meaning = column.definition(Some(report.config.scales));
+        if place == 0 {
+            meaning.push_str(&format!("; less is better. {}", truncations(report, column)));
+        }
+        all.push((column.name, meaning));
     }
-    if cross_validated {
-        columns.push(ScoreColumn::share("coverage", |run, _| run.coverage));
-        columns.push(ScoreColumn::share("revisit", |run, _| run.coverage_revisit));
+    let sure = confidence(report.promise.confidence);
+    all.push(("±", format!("how far the score before it may be off, as a sample was scored ({sure} sure)")));
+    all.retain(|(term, _)| shown.contains(term));
+    if !ranking.rows.iter().all(RankingRow::has_own_rank) {
+        all.push((SHARED, "the rank above: no run of that rank is decided to be better".to_owned()));
     }
-    columns.push(ScoreColumn::share("miss", |run, _| run.miss_rate));
-    columns.push(ScoreColumn::share("blocked", |run, _| run.blocked_rate));
-    columns
+    all
+}
+
+/// What the truncations of the leading column are for, the largest first; and what a miss counts there.
+fn truncations(report: &Report, column: &Column) -> String {
+    let shown: Vec<f64> = column.shown(report).into_iter().flatten().collect();
+    let [widest_m, .., finest_m] = shown.as_slice() else { return String::new() };
+    let mut text = format!(
+        "Residuals are truncated at the length in the head: {widest_m} m shows whether the map fits together, {finest_m} m how \
+         sharp it is."
+    );
+    if report.is_cross_validated() {
+        let miss_m = widest_m * report.config.miss_price.sqrt();
+        let decimals = if *widest_m >= 10.0 { 1 } else { 2 };
+        text.push_str(&format!(
+            " A ray without such a surface counts {miss_m:.decimals$} m at {widest_m} m; smaller truncations exclude it."
+        ));
+    }
+    text
+}
+
+/// The names of the columns of which more is better.
+pub(crate) fn more_is_better() -> String {
+    let names: Vec<&str> = columns_by_rank().iter().filter(|c| c.is_more_better).map(|c| c.name).collect();
+    names.join(" and ")
 }

@@ -4,19 +4,29 @@ use dmp::{Displacement, DriftComparison, DriftReport, Measured, Report, RunDrift
 
 use crate::text::{NONE, confidence, count, counted, digits};
 
-/// What is this much larger than either of the others is said first.
+/// The part this much larger than either of the others is named.
 const MOSTLY: f64 = 1.5;
 /// What no displacement is known better than, voxels of a visit.
 const FLOOR_VOXELS: f64 = 0.02;
-/// A part of a displacement is told from this share of the whole on.
-const TOLD: f64 = 0.2;
+/// The smallest part of a displacement that is named, as a share of the whole.
+const NAMED: f64 = 0.2;
 
-/// Runs that are told one by one; of more, the best and the worst.
-const MOST_TOLD: usize = 4;
+/// Runs that are listed one by one; of more, the best and the worst.
+const MOST_LISTED: usize = 4;
 
 /// Heads of the table of the runs.
-pub const DRIFT_HEADS: [&str; 10] =
-    ["median", "RMS", "interval", "95 % below", "along", "sideways", "up", "rotation", "of the way", "pairs"];
+pub const DRIFT_HEADS: [&str; 10] = [
+    "median",
+    "RMS",
+    "interval",
+    "95 % below",
+    "along",
+    "sideways",
+    "up",
+    "rotation",
+    "of the path",
+    "pairs",
+];
 
 /// A length: below a metre in centimetres.
 pub fn metres(length_m: f64) -> String {
@@ -36,43 +46,40 @@ pub fn metres_between([low_m, high_m]: [f64; 2]) -> String {
     }
 }
 
-fn or_none(value: Option<f64>, told: impl Fn(f64) -> String) -> String {
-    value.map_or_else(|| NONE.to_owned(), told)
+fn or_none(value: Option<f64>, shown: impl Fn(f64) -> String) -> String {
+    value.map_or_else(|| NONE.to_owned(), shown)
 }
 
-/// What is said first: `Where the drive comes back, kiss is off by 59 cm (0.4 % of the way), mostly sideways; lio by 1 cm.`
+/// The first sentence: `Drift at revisits: kiss 59 cm (0.4 % of the path), mostly sideways; lio 1 cm.`
 pub fn drift_in_words(report: &DriftReport, scales: Scales) -> String {
-    let recording = scales.lengths().recording;
     if report.pairs_measured == 0 {
         return format!(
-            "The {recording} comes back to no place (way {} m, {}): there is nothing to measure drift by.",
+            "The {} revisits no place ({} m, {}), so drift cannot be measured.",
+            scales.lengths().recording,
             digits(report.travel_m),
             counted(report.segments as u64, "segment"),
         );
     }
     // A centimetre on a drive.
     let floor_m = report.voxel_m * FLOOR_VOXELS;
-    let sentences = |runs: &[&RunDrift]| -> String {
-        runs.iter().map(|run| sentence(run, floor_m)).collect::<Vec<_>>().join("; ")
+    let in_words = |runs: &[&RunDrift]| -> String {
+        runs.iter().map(|run| run_in_words(run, floor_m)).collect::<Vec<_>>().join("; ")
     };
     let mut known: Vec<(f64, &RunDrift)> =
         report.runs.iter().filter_map(|run| Some((run.median_m.value?, run))).collect();
     known.sort_by(|a, b| a.0.total_cmp(&b.0));
     match known[..] {
         // The table has all.
-        [(_, best), .., (_, worst)] if report.runs.len() > MOST_TOLD => format!(
-            "Where the {recording} comes back, the best and the worst of {} runs: {}.",
+        [(_, best), .., (_, worst)] if report.runs.len() > MOST_LISTED => format!(
+            "Drift at revisits, the best and the worst of {} runs: {}.",
             report.runs.len(),
-            sentences(&[best, worst])
+            in_words(&[best, worst])
         ),
-        _ => format!(
-            "Where the {recording} comes back, {}.",
-            sentences(&report.runs.iter().collect::<Vec<_>>())
-        ),
+        _ => format!("Drift at revisits: {}.", in_words(&report.runs.iter().collect::<Vec<_>>())),
     }
 }
 
-/// What was looked at: `12 of 30 pairs of visits to the same places, 1200 m of way`.
+/// What was looked at: `12 of 30 pairs of visits to the same places, 1200 m travelled`.
 pub fn pairs_in_words(report: &DriftReport) -> String {
     let pairs = counted(report.pairs_found as u64, "pair");
     let pairs = if report.pairs_measured == report.pairs_found {
@@ -80,32 +87,33 @@ pub fn pairs_in_words(report: &DriftReport) -> String {
     } else {
         format!("{} of {pairs}", count(report.pairs_measured as u64))
     };
-    format!("{pairs} of visits to the same places, {} m of way", digits(report.travel_m))
+    format!("{pairs} of visits to the same places, {} m travelled", digits(report.travel_m))
 }
 
-/// `kiss is off by 59 cm (0.4 % of the way), mostly sideways`.
-fn sentence(run: &RunDrift, floor_m: f64) -> String {
-    let parts = [(run.along_m, "along the way"), (run.sideways_m, "sideways"), (run.up_m, "in height")];
+/// `kiss 59 cm (0.4 % of the path), mostly sideways`.
+fn run_in_words(run: &RunDrift, floor_m: f64) -> String {
+    let name = &run.name;
+    let parts = [(run.along_m, "along the path"), (run.sideways_m, "sideways"), (run.up_m, "in height")];
     let mut known: Vec<(f64, &str)> =
-        parts.into_iter().filter_map(|(part_m, name)| Some((part_m?, name))).collect();
+        parts.into_iter().filter_map(|(part_m, part)| Some((part_m?, part))).collect();
     let Some(median_m) = run.median_m.value else {
         if known.is_empty() {
-            return format!("nothing can be said of {}: no surfaces hold its visits together", run.name);
+            return format!("{name} not observable: no surfaces constrain its visits");
         }
         let known: Vec<String> =
-            known.iter().map(|(part_m, name)| format!("{} {name}", metres(*part_m))).collect();
-        return format!("{} is off by {} and no surfaces tell the rest", run.name, known.join(", "));
+            known.iter().map(|(part_m, part)| format!("{} {part}", metres(*part_m))).collect();
+        return format!("{name} {}, the rest is not observable", known.join(", "));
     };
     if median_m < floor_m {
-        return format!("{} is off by {}, no more than the measurement may be", run.name, metres(median_m));
+        return format!("{name} {}, within measurement error", metres(median_m));
     }
-    let way = run.of_the_way_percent.map(|percent| format!(" ({} % of the way)", digits(percent)));
+    let share = run.of_the_way_percent.map(|percent| format!(" ({} % of the path)", digits(percent)));
     known.sort_by(|a, b| b.0.total_cmp(&a.0));
     let mostly = match known[..] {
-        [(most, name), (next, _), ..] if most > MOSTLY * next => format!(", mostly {name}"),
+        [(most, part), (next, _), ..] if most > MOSTLY * next => format!(", mostly {part}"),
         _ => String::new(),
     };
-    format!("{} is off by {}{}{mostly}", run.name, metres(median_m), way.unwrap_or_default())
+    format!("{name} {}{}{mostly}", metres(median_m), share.unwrap_or_default())
 }
 
 /// The row of a run, under [`DRIFT_HEADS`].
@@ -129,17 +137,21 @@ pub fn drift_row(run: &RunDrift) -> Vec<String> {
     ]
 }
 
-/// Two runs compared where they come back.
+/// Two runs compared at revisits.
 pub fn drift_compared(pair: &DriftComparison, level: f64) -> String {
     let DriftComparison { a, b, pairs, rms_a_m, rms_b_m, better, .. } = pair;
-    let told = |name: &str, rms_m: &Option<f64>| format!("{name} {}", or_none(*rms_m, metres));
+    let of_run = |name: &str, rms_m: &Option<f64>| format!("{name} {}", or_none(*rms_m, metres));
     let verdict = match better {
-        Some(better) => format!("{better} comes back better ({} sure)", confidence(level)),
+        Some(better) => format!("{better} drifts less ({} sure)", confidence(level)),
         None if pair.difference_m2.interval.is_none() => "too few pairs of visits to decide".to_owned(),
         None => "not decided".to_owned(),
     };
     let common = counted(*pairs as u64, "pair");
-    format!("{a} and {b}: {verdict}; RMS on {common} in common: {}, {}", told(a, rms_a_m), told(b, rms_b_m))
+    format!(
+        "{a} and {b}: {verdict}; RMS on {common} in common: {}, {}",
+        of_run(a, rms_a_m),
+        of_run(b, rms_b_m)
+    )
 }
 
 /// Where a displacement leads: `58 cm to the left, 12 cm down`; parts that matter, the largest first.
@@ -154,7 +166,7 @@ pub(crate) fn which_way(off: &Displacement) -> String {
         .filter_map(|(part_m, [to, back])| part_m.map(|m| (m.abs(), if m < 0.0 { back } else { to })))
         .collect();
     let whole_m = parts.iter().map(|(m, _)| m * m).sum::<f64>().sqrt();
-    parts.retain(|(m, _)| *m >= TOLD * whole_m);
+    parts.retain(|(m, _)| *m >= NAMED * whole_m);
     parts.sort_by(|a, b| b.0.total_cmp(&a.0));
     parts.iter().map(|(m, to)| format!("{} {to}", metres(*m))).collect::<Vec<_>>().join(", ")
 }
@@ -163,7 +175,7 @@ pub(crate) fn which_way(off: &Displacement) -> String {
 /// what that means. Nothing where not both decide about any pair.
 pub fn drift_beside_scores(report: &Report) -> Vec<String> {
     let Some(drift) = &report.drift else { return Vec::new() };
-    let (mut agree, mut told) = (0, Vec::new());
+    let (mut agree, mut lines) = (0, Vec::new());
     for pair in &drift.comparisons {
         let by_score = report.pair(&pair.a, &pair.b).and_then(|pair| pair.verdict.better());
         let (Some(by_score), Some(by_drift)) = (by_score, &pair.better) else { continue };
@@ -173,18 +185,18 @@ pub fn drift_beside_scores(report: &Report) -> Vec<String> {
         }
         let [of_score_m, of_drift_m] =
             if *by_score == pair.a { [pair.rms_a_m, pair.rms_b_m] } else { [pair.rms_b_m, pair.rms_a_m] };
-        told.push(format!(
-            "{by_score} and {by_drift}: by its map {by_score} is better, but {by_drift} comes back better ({} against {}): a \
-             score also sees noise and bends within a visit, drift how visits fit onto each other",
+        lines.push(format!(
+            "{by_score} and {by_drift}: {by_score} has the better map, but {by_drift} drifts less ({} against {}): scores also \
+             see noise and bending within a visit",
             or_none(of_drift_m, metres),
             or_none(of_score_m, metres),
         ));
     }
     if agree > 0 {
-        let all = counted((agree + told.len()) as u64, "pair");
-        told.insert(0, format!("of {all} of runs that both scores and drift decide, they agree on {agree}"));
+        let all = counted((agree + lines.len()) as u64, "pair");
+        lines.insert(0, format!("scores and drift agree on {agree} of {all} of runs that both decide"));
     }
-    told
+    lines
 }
 
 #[cfg(test)]

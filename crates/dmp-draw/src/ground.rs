@@ -52,10 +52,10 @@ impl Grid {
         Self { cell_m: self.cell_m, corner_m, columns, rows }
     }
 
-    /// The part around all cells of which `is_told` holds; nothing where it holds of none.
-    fn around_told(&self, is_told: impl Fn(usize) -> bool) -> ([[usize; 2]; 2], Self) {
-        let told = (0..self.columns * self.rows).filter(|cell| is_told(*cell));
-        let ends = told.fold(None, |ends: Option<[[usize; 2]; 2]>, cell| {
+    /// The part around all cells for which `is_shown` holds; nothing where it holds for none.
+    fn around_shown(&self, is_shown: impl Fn(usize) -> bool) -> ([[usize; 2]; 2], Self) {
+        let shown = (0..self.columns * self.rows).filter(|cell| is_shown(*cell));
+        let ends = shown.fold(None, |ends: Option<[[usize; 2]; 2]>, cell| {
             let at = [cell % self.columns, cell / self.columns];
             let [from, to] = ends.unwrap_or([at, at]);
             Some([
@@ -96,127 +96,148 @@ fn extent_m(positions: impl Iterator<Item = [f64; 3]>, margin_m: f64) -> Option<
     Some([low.map(|m| m - margin_m), high.map(|m| m + margin_m)])
 }
 
+/// What is summed in a cell.
+pub(crate) trait Cell: Copy + Default {
+    /// Returns in it.
+    fn returns(&self) -> u32;
+}
+
+/// A map of cells from above.
+#[derive(Debug)]
+pub(crate) struct Cells<T> {
+    pub(crate) grid: Grid,
+    cut_m: f64,
+    cells: Vec<T>,
+}
+
+/// Residuals of one run, by cells of its world.
+pub(crate) type Ground = Cells<Residuals>;
+
+/// Residuals of two runs on the same returns, by cells of the world of the first.
+pub(crate) type Difference = Cells<Both>;
+
+impl<T: Cell> Cells<T> {
+    pub(crate) fn new(grid: Grid, scales: Scales) -> Self {
+        Self { grid, cut_m: cut_m(scales), cells: vec![T::default(); grid.columns * grid.rows] }
+    }
+
+    fn cell_at(&mut self, at_m: [f64; 2]) -> Option<&mut T> {
+        self.grid.cell_of(at_m).map(|cell| &mut self.cells[cell])
+    }
+
+    /// Without the margins in which too few returns lie.
+    pub(crate) fn trimmed(self) -> Self {
+        let (ends, grid) = self.grid.around_shown(|cell| self.cells[cell].returns() >= FEWEST);
+        let cells = self.grid.cells_of(&self.cells, ends[0], &grid);
+        Self { grid, cells, ..self }
+    }
+
+    /// A pixel a cell, y upwards.
+    fn image(&self, colour: impl Fn(&T) -> Option<u8>) -> Image {
+        let Grid { columns, rows, .. } = self.grid;
+        let mut image = Image::new(columns, rows);
+        for (cell, colour) in self.cells.iter().map(colour).enumerate() {
+            if let Some(colour) = colour {
+                image.set((cell % columns) as i32, (rows - 1 - cell / columns) as i32, colour);
+            }
+        }
+        image
+    }
+}
+
 #[derive(Debug, Clone, Copy, Default)]
-struct Cell {
+pub(crate) struct Residuals {
     returns: u32,
     predicted: u32,
     revisited: u32,
     square_m2: f64,
 }
 
-/// Residuals of one run, by cells of its world.
-#[derive(Debug)]
-pub(crate) struct Ground {
-    pub(crate) grid: Grid,
-    cut_m: f64,
-    cells: Vec<Cell>,
+impl Cell for Residuals {
+    fn returns(&self) -> u32 {
+        self.returns
+    }
+}
+
+impl Residuals {
+    fn rms_m(&self) -> Option<f64> {
+        (self.predicted >= FEWEST).then(|| (self.square_m2 / f64::from(self.predicted)).sqrt())
+    }
 }
 
 impl Ground {
-    pub(crate) fn new(grid: Grid, scales: Scales) -> Self {
-        Self { grid, cut_m: cut_m(scales), cells: vec![Cell::default(); grid.columns * grid.rows] }
-    }
-
     pub(crate) fn add(&mut self, at_m: [f64; 2], sampled: &SampledReturn) {
-        let Some(cell) = self.grid.cell_of(at_m).map(|cell| &mut self.cells[cell]) else { return };
+        let cut_m = self.cut_m;
+        let Some(cell) = self.cell_at(at_m) else { return };
         cell.returns += 1;
         cell.revisited += u32::from(sampled.revisited);
         if let Some(residual_m) = sampled.residual_m {
             cell.predicted += 1;
-            cell.square_m2 += cut_square_m2(residual_m, self.cut_m);
+            cell.square_m2 += cut_square_m2(residual_m, cut_m);
         }
-    }
-
-    /// Leaves out the margins in which too few returns lie.
-    pub(crate) fn trimmed(self) -> Self {
-        let (ends, grid) = self.grid.around_told(|cell| self.cells[cell].returns >= FEWEST);
-        let cells = self.grid.cells_of(&self.cells, ends[0], &grid);
-        Self { grid, cells, ..self }
-    }
-
-    fn rms_m(cell: &Cell) -> Option<f64> {
-        (cell.predicted >= FEWEST).then(|| (cell.square_m2 / f64::from(cell.predicted)).sqrt())
     }
 
     /// Roots of mean squares of all cells that have one.
     pub(crate) fn rms_of_cells(&self) -> impl Iterator<Item = f64> + '_ {
-        self.cells.iter().filter_map(Self::rms_m)
+        self.cells.iter().filter_map(Residuals::rms_m)
     }
 
     /// Colours of residuals, the worst at `top_m`.
     pub(crate) fn residuals(&self, top_m: f64) -> Image {
-        self.image(|cell| Some(1 + step(Self::rms_m(cell)? / top_m) as u8))
+        self.image(|cell| Some(1 + step(cell.rms_m()? / top_m) as u8))
     }
 
     /// 1 where most returns are predicted from another visit, 2 from other parts of the drive, 3 not at all.
     pub(crate) fn coverage(&self) -> Image {
         self.image(|cell| {
             let most = |count: u32| 2 * count > cell.returns;
-            (cell.returns >= FEWEST).then(|| {
-                if most(cell.revisited) {
-                    1
-                } else if most(cell.predicted) {
-                    2
-                } else {
-                    3
-                }
-            })
+            let number = 3 - u8::from(most(cell.predicted)).max(2 * u8::from(most(cell.revisited)));
+            (cell.returns >= FEWEST).then_some(number)
         })
-    }
-
-    fn image(&self, colour: impl Fn(&Cell) -> Option<u8>) -> Image {
-        image(&self.grid, self.cells.iter().map(colour))
     }
 }
 
-/// Residuals of two runs on the same returns, by cells of the world of the first.
-#[derive(Debug)]
-pub(crate) struct Difference {
-    pub(crate) grid: Grid,
-    cut_m: f64,
-    /// Common returns, and the squares of both runs.
-    cells: Vec<(u32, [f64; 2])>,
+/// Common returns, and the sums of the squares of both runs.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Both {
+    returns: u32,
+    squares_m2: [f64; 2],
+}
+
+impl Cell for Both {
+    fn returns(&self) -> u32 {
+        self.returns
+    }
+}
+
+impl Both {
+    /// Root of the mean square of the second less that of the first, metres: positive where the first is better.
+    fn difference_m(&self) -> Option<f64> {
+        let [first_m, second_m] =
+            self.squares_m2.map(|square_m2| (square_m2 / f64::from(self.returns)).sqrt());
+        (self.returns >= FEWEST).then_some(second_m - first_m)
+    }
 }
 
 impl Difference {
-    pub(crate) fn new(grid: Grid, scales: Scales) -> Self {
-        Self { grid, cut_m: cut_m(scales), cells: vec![(0, [0.0; 2]); grid.columns * grid.rows] }
-    }
-
     /// Adds a return that both predict.
     pub(crate) fn add(&mut self, at_m: [f64; 2], residuals_m: [f32; 2]) {
-        let Some((count, squares_m2)) = self.grid.cell_of(at_m).map(|cell| &mut self.cells[cell]) else {
-            return;
-        };
-        *count += 1;
-        for (sum, residual_m) in squares_m2.iter_mut().zip(residuals_m) {
-            *sum += cut_square_m2(residual_m, self.cut_m);
+        let cut_m = self.cut_m;
+        let Some(cell) = self.cell_at(at_m) else { return };
+        cell.returns += 1;
+        for (sum, residual_m) in cell.squares_m2.iter_mut().zip(residuals_m) {
+            *sum += cut_square_m2(residual_m, cut_m);
         }
-    }
-
-    /// Leaves out the margins in which too few returns lie.
-    pub(crate) fn trimmed(self) -> Self {
-        let (ends, grid) = self.grid.around_told(|cell| self.cells[cell].0 >= FEWEST);
-        let cells = self.grid.cells_of(&self.cells, ends[0], &grid);
-        Self { grid, cells, ..self }
-    }
-
-    /// Root of the mean square of the second less that of the first, metres: positive where the first is better.
-    fn difference_m((count, squares_m2): &(u32, [f64; 2])) -> Option<f64> {
-        let [first_m, second_m] = squares_m2.map(|square_m2| (square_m2 / f64::from(*count)).sqrt());
-        (*count >= FEWEST).then_some(second_m - first_m)
     }
 
     /// Sizes of the differences of all cells that have one.
     pub(crate) fn sizes_m(&self) -> impl Iterator<Item = f64> + '_ {
-        self.cells.iter().filter_map(Self::difference_m).map(f64::abs)
+        self.cells.iter().filter_map(Both::difference_m).map(f64::abs)
     }
 
     /// Colours from the first's side, at `top_m`, to the second's.
     pub(crate) fn sides(&self, top_m: f64) -> Image {
-        let colour =
-            |cell| Some(1 + step(0.5 - 0.5 * Self::difference_m(cell)? / top_m).min(STEPS - 1) as u8);
-        image(&self.grid, self.cells.iter().map(colour))
+        self.image(|cell| Some(1 + step(0.5 - 0.5 * cell.difference_m()? / top_m).min(STEPS - 1) as u8))
     }
 }
 
@@ -228,18 +249,6 @@ pub(crate) const fn cut_m(scales: Scales) -> f64 {
 fn cut_square_m2(residual_m: f32, cut_m: f64) -> f64 {
     let cut_m = f64::from(residual_m).abs().min(cut_m);
     cut_m * cut_m
-}
-
-/// A pixel a cell, y upwards.
-fn image(grid: &Grid, colours: impl Iterator<Item = Option<u8>>) -> Image {
-    let mut image = Image::new(grid.columns, grid.rows);
-    for (cell, colour) in colours.enumerate() {
-        if let Some(colour) = colour {
-            let (column, row) = (cell % grid.columns, cell / grid.columns);
-            image.set(column as i32, (grid.rows - 1 - row) as i32, colour);
-        }
-    }
-    image
 }
 
 /// The round number above nearly all of the values (19 of 20), between `least` and `most`.

@@ -29,7 +29,7 @@ pub(crate) fn over_time(pictures: &Pictures, runs: &[(usize, &str)], score: Basi
 /// The same over the way, metres.
 pub(crate) fn over_way(pictures: &Pictures, runs: &[(usize, &str)], score: Basis) -> Plot {
     let way_m = travel_m(&pictures.frames, pictures.bases.len());
-    over(pictures, &way_m, runs, ["the way", "way [m]"], score)
+    over(pictures, &way_m, runs, ["the path", "path [m]"], score)
 }
 
 /// The score at the coarser scale over what rises from scan to scan.

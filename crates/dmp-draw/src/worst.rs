@@ -4,7 +4,7 @@ use dmp::Scales;
 
 use crate::seen::{FrameScore, SeenFrame};
 
-/// Places told of a run.
+/// Places listed of a run.
 const PLACES: usize = 10;
 /// The longest stretch of way that is judged as one, metres of a drive …
 const LONGEST_M: f64 = 10.0;
@@ -47,9 +47,9 @@ impl WorstPlace {
 
     /// By how much it is off, and whose map is better there, in a line.
     pub fn in_words(&self, names: &[&str], scales: Scales) -> String {
-        let own = format!("off by {}", self.score.misses(scales));
+        let own = format!("residuals of {}", self.score.misses(scales));
         match &self.best {
-            Some((best, score)) => format!("{own}; {} by {}", names[*best], score.misses(scales)),
+            Some((best, score)) => format!("{own}; {} has {}", names[*best], score.misses(scales)),
             None if names.len() > 1 => format!("{own}; no other run is clearly better"),
             None => own,
         }
@@ -184,10 +184,10 @@ fn worst_of_run(
     ranked.sort_by(|a, b| (b.0, b.1).partial_cmp(&(a.0, a.1)).unwrap_or(std::cmp::Ordering::Equal));
     let mut places: Vec<WorstPlace> = Vec::new();
     for (_, _, best, stretch) in ranked {
-        let is_told = |frame: &usize| {
+        let is_listed = |frame: &usize| {
             places.iter().any(|place| distance_m(position(*frame), place.centre_in_world_m) < 2.0 * stretch_m)
         };
-        if stretch.frames.iter().any(is_told) {
+        if stretch.frames.iter().any(is_listed) {
             continue;
         }
         places.push(place(frames, stretch, (run, best), (stretch_m, scales)));
@@ -318,7 +318,7 @@ mod tests {
     }
 
     #[test]
-    fn of_two_passes_the_one_off_its_own_surfels_is_told() {
+    fn of_two_passes_the_one_off_its_own_surfels_is_found() {
         // Both laps miss each other, the second is torn loose from the scans around it.
         let mut frames = drive(1, |_, k| if (120..160).contains(&(k % 400)) { 0.4 } else { 0.1 });
         for frame in &mut frames {

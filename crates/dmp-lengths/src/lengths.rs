@@ -22,7 +22,7 @@ pub struct Lengths {
     /// Edge of the cubes of a map that count as one piece of surface, metres: errors are alike within, and have little in
     /// common beyond (`docs/accuracy.md`).
     pub surface_m: f64,
-    /// Units in which the middle, the local and the fine [`Reach`] are told: singular, in words.
+    /// Units in which the middle, the local and the fine [`Reach`] are given: singular, in words.
     pub reach_units: [&'static str; 3],
 
     /// Smallest range used where none is asked for, metres.
@@ -33,14 +33,14 @@ pub struct Lengths {
     pub voxels_m: [f64; 3],
     /// Voxel edge for a given cloud or mesh where none is asked for, metres.
     pub cloud_voxel_m: f64,
-    /// Longest segment of the way where no length is asked for, metres: a short way is cut into shorter ones. `None`:
+    /// Longest segment of the path where no length is asked for, metres. A short path is cut into shorter ones. `None`:
     /// segments are cut by the number of scans.
     pub segment_m: Option<f64>,
     /// Travel from which on the sensor's own vehicle is looked for, metres: of a log that stands still, everything would look
     /// like it. `None`: it is not looked for.
     pub ego_travel_m: Option<f64>,
 
-    /// Whether returns on the trails of moving objects can be kept out of the maps: trails are told by half a metre.
+    /// Whether returns on the trails of moving objects can be kept out of the maps: trails are detected by half a metre.
     pub has_free_space: bool,
     /// Whether places can be drawn for a quick score: they are 10 m long.
     pub has_quick: bool,
@@ -79,7 +79,7 @@ impl Lengths {
 }
 
 /// What a truncation sees of two maps, from errors of the whole down to the sharpness of surfaces, with the unit in which
-/// it is told: singular, in words.
+/// it is given: singular, in words.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reach {
     /// The map as a whole: 10 and 5 m, in a room 1 and 0.5 m.

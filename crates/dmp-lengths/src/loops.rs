@@ -10,7 +10,7 @@ pub struct LoopMapLengths {
     pub near_m: f64,
     /// A place where no patch moved more than this is as it was, where nothing else is asked for, metres.
     pub moved_m: f64,
-    /// Length of a stretch of the way, metres: keyframes nearer than that to each other see the same surfels, and what a
+    /// Length of a stretch of the path, metres: keyframes nearer than that to each other see the same surfels, and what a
     /// finer or coarser meeting with voxels does to one it does to the others.
     pub stretch_m: f64,
 }
@@ -20,7 +20,7 @@ pub struct LoopMapLengths {
 pub struct SimulatedLoopLengths {
     /// Travel from one keyframe to the next, metres.
     pub spacing_m: f64,
-    /// A turn after which there is a keyframe, too, however short the way, radians; `None` for none.
+    /// A turn after which there is a keyframe, too, however short the path, radians; `None` for none.
     pub spacing_rad: Option<f64>,
     /// Standard deviation of a step of one metre of the odometry along each axis, metres.
     pub step_sigma_m: f64,
@@ -45,7 +45,7 @@ pub struct LoopLengths {
     pub near_m: [f64; 2],
     /// Farthest that two places which look alike are measured apart, metres.
     pub alike_within_m: f64,
-    /// What every loop measurement is off by along each axis: standard deviation, metres.
+    /// Error of every loop measurement along each axis: standard deviation, metres.
     pub sigma_m: f64,
     /// What every loop measurement claims to be off by along each axis: standard deviation, metres.
     pub claimed_sigma_m: f64,

@@ -134,7 +134,7 @@ impl Scales {
         TABLE.iter().find(|(_, lengths)| lengths.name == name).map(|(scales, _)| *scales)
     }
 
-    /// What a log is of where nobody says it: depth cameras are held in rooms, other sensors are driven.
+    /// The default for a log: depth cameras are held in rooms, other sensors are driven.
     pub fn of_sensor(is_depth_camera: bool) -> Self {
         if is_depth_camera { Self::Room } else { Self::Drive }
     }
@@ -151,8 +151,8 @@ mod tests {
     fn every_kind_has_an_entry_under_its_own_name() {
         let read = |name| Scales::deserialize(StrDeserializer::<Error>::new(name));
         // "unknown variant `none`, expected `drive` or `room`"
-        let told = read("none").unwrap_err().to_string();
-        let known: Vec<_> = told.split('`').skip(3).step_by(2).collect();
+        let message = read("none").unwrap_err().to_string();
+        let known: Vec<_> = message.split('`').skip(3).step_by(2).collect();
         assert_eq!(known, Scales::ALL.iter().map(|(_, lengths)| lengths.name).collect::<Vec<_>>());
         for (scales, lengths) in Scales::ALL {
             assert_eq!(read(lengths.name).unwrap(), *scales);
@@ -168,28 +168,11 @@ mod tests {
             assert!(lengths.cv_m.is_sorted_by(|a, b| a > b) && lengths.near_m.is_sorted_by(|a, b| a > b));
             assert!(lengths.voxels_m.is_sorted_by(|a, b| a < b) && lengths.min_range_m < lengths.max_range_m);
             assert_eq!(lengths.metre_m, lengths.widest_m() / Scales::Drive.lengths().widest_m());
-        }
-    }
-
-    #[test]
-    fn the_lengths_of_a_room_are_a_tenth() {
-        let [drive, room] = [Scales::Drive, Scales::Room].map(Scales::lengths);
-        assert_eq!((drive.widest_m(), room.widest_m()), (10.0, 1.0));
-        let tenth = |drive: &[f64], room: &[f64]| {
-            drive.iter().zip(room).all(|(drive, room)| (drive / 10.0 - room).abs() < 1e-12)
-        };
-        assert!(tenth(&drive.cv_m, &room.cv_m) && tenth(&drive.near_m, &room.near_m));
-        for lengths in [drive, room] {
             assert_eq!(lengths.surface_m, 4.0 * lengths.metre_m);
-            let LoopMapLengths { column_m, near_m, moved_m, stretch_m } = lengths.loop_map;
-            let of_drive = [8.0, 3.0, 0.02, 5.0].map(|of_drive_m| of_drive_m * lengths.metre_m);
-            assert_eq!([column_m, near_m, moved_m, stretch_m], of_drive);
-            let reaches = |scales_m: &[f64]| scales_m.iter().map(|&m| lengths.reach(m)).collect::<Vec<_>>();
+            let reaches = lengths.cv_m.map(|m| lengths.reach(m));
             let [middle, local, fine] = lengths.reach_units;
-            let all =
-                [Reach::Global, Reach::Global, Reach::Middle(middle), Reach::Local(local), Reach::Fine(fine)];
-            assert_eq!(reaches(&lengths.cv_m), all);
-            assert_eq!(reaches(&lengths.near_m), all[1..4]);
+            let (middle, local, fine) = (Reach::Middle(middle), Reach::Local(local), Reach::Fine(fine));
+            assert_eq!(reaches, [Reach::Global, Reach::Global, middle, local, fine]);
         }
     }
 }

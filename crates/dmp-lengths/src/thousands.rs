@@ -3,7 +3,7 @@
 use std::fmt::Display;
 
 /// A number that is whole, with commas between the thousands; any other as it is. For amounts: what is looked up in a file, as a
-/// line, an offset, an id or a stamp, is told as the file has it.
+/// line, an offset, an id or a stamp, is printed as the file has it.
 ///
 /// ```
 /// use dmp_lengths::thousands;

@@ -34,7 +34,7 @@ pub enum LoopError {
         /// Vertices of the graph.
         vertices: usize,
     },
-    /// Scans cannot be told vertices.
+    /// Scans cannot be assigned to vertices.
     #[error(
         "the log has {} scans and the graph {} vertices: times of the keyframes say which belong together",
         thousands(.scans),
@@ -67,7 +67,7 @@ pub enum LoopError {
         /// How many poses.
         poses: usize,
     },
-    /// Where a candidate's change has no interval, nobody can tell whether it is one.
+    /// A candidate whose change has no interval cannot be judged.
     #[error("changes have no intervals here, so no candidate can be accepted")]
     NoIntervals,
     /// The ranking names a candidate that there is not.

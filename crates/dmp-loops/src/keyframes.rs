@@ -48,7 +48,7 @@ impl Keyframes {
         }
     }
 
-    /// The keyframes of so many vertices at these stamps, where there is no log.
+    /// The keyframes of the vertices at these stamps, without a log.
     ///
     /// # Errors
     /// When there are other counts, or a stamp is not larger than the one before it.

@@ -3,7 +3,7 @@
 //! # Brief overview
 //! A loop candidate is an edge that somebody thinks a [`PoseGraph`](dmp_sensor::PoseGraph) should have. [`optimise`] finds
 //! the poses that fit the graph's edges and some more best; `chi2` says how well. A [`LoopMap`] holds the scans of a log as
-//! rigid patches around the graph's [`Keyframes`]. A [`Ranker`] adds each candidate by itself, optimises, puts the map
+//! rigid patches around the graph's [`Keyframes`]. A [`Ranker`] adds each candidate alone, optimises, puts the map
 //! together at the new poses and scores it; [`Ranker::accept`] keeps those that do not make it worse. A [`Scorer`] may look
 //! at the graph alone, too, or at whole maps fused from the log.
 //!

@@ -1,15 +1,16 @@
-//! A surfel in whole numbers: how it is rounded, and how it is read.
+//! A surfel as integers: rounding and decoding.
 
 use crate::lattice::{DEPTH_STEPS, Lattice, UNITS_PER_M};
 use crate::surfel::Surfel;
 
 /// Steps of a slope in 1.
 pub(crate) const SLOPE_STEPS: i32 = 1 << 18;
-/// A surfel in whole numbers: what a store keeps of it, and all that there is of it anywhere.
+/// A surfel as integers: the form in which a store keeps it, and its only exact form.
 ///
-/// The normal is most along one axis, and known by its slopes against that. Along the other two axes the centre
-/// is rounded to [`Lattice::across_steps`], along the first it is where the disc's plane is then, to
-/// [`DEPTH_STEPS`]: a centre moved within the plane moves no crossing but at the rim, one moved out of it moves all.
+/// The normal is largest along one axis and is given by its slopes relative to that axis. Along the other two axes the
+/// centre is rounded to [`Lattice::across_steps`]. Along the first axis it is then on the disc's plane, rounded to
+/// [`DEPTH_STEPS`]. Moving a centre within the plane changes no crossing except at the rim; moving it out of the plane
+/// changes all.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct SurfelCode {
     /// x, y, z of the voxel: x and y from the tile's corner, outside the tile for the copy of a neighbour's
@@ -24,12 +25,12 @@ pub(crate) struct SurfelCode {
     pub(crate) third_highest: i32,
 }
 
-/// A normal in whole numbers; its component along the axis is positive.
+/// A normal as integers; its component along the axis is positive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct NormalCode {
-    /// The axis that it is most along.
+    /// The axis of its largest component.
     pub(crate) axis: usize,
-    /// Its components along the other two, in their order, over that along the axis: −1 to 1.
+    /// Its components along the other two axes, in their order, divided by that along the axis: −1 to 1.
     pub(crate) slope_steps: [i32; 2],
 }
 
@@ -43,7 +44,7 @@ fn others(axis: usize) -> [usize; 2] {
 }
 
 impl NormalCode {
-    /// The code nearest to a vector that is not zero, of either sign.
+    /// The code nearest to a non-zero vector, of either sign.
     pub(crate) fn of(normal: [f64; 3]) -> Self {
         let longer = |axis: usize, k: usize| if normal[k].abs() > normal[axis].abs() { k } else { axis };
         let axis = (0..3).fold(0, longer);
@@ -67,13 +68,13 @@ impl NormalCode {
 }
 
 impl SurfelCode {
-    /// The code of a disc around `mean_units`, lattice units from the voxel's lowest corner, of which none is
-    /// above the voxel's last. The plane is kept to half a step of depth, the centre stays in the voxel.
+    /// The code of a disc around `mean_units`, lattice units from the voxel's lowest corner, each inside the voxel. The
+    /// plane is accurate to half a step of depth; the centre stays in the voxel.
     pub(crate) fn of(lattice: &Lattice, voxel: [i32; 3], normal: NormalCode, mean_units: [f64; 3]) -> Self {
         let (most_units, steps) = (lattice.voxel_units() - 1, lattice.across_steps());
         let slopes = normal.slopes();
         let across = others(normal.axis).map(|k| mean_units[k] * f64::from(steps));
-        // Where the plane through the mean is, over a place across.
+        // Depth of the plane through the mean at a position across.
         let depth = |rounded: [f64; 2]| {
             let moved = [0, 1].map(|k| slopes[k] * (across[k] - rounded[k]) / f64::from(steps));
             ((mean_units[normal.axis] + moved[0] + moved[1]) * f64::from(DEPTH_STEPS)).round()
@@ -82,7 +83,7 @@ impl SurfelCode {
         let mut rounded = across.map(f64::round);
         let first = depth(rounded);
         if first < 0.0 || first > f64::from(most_depth) {
-            // The plane leaves the voxel next to the mean: the place goes to the side where it is inside.
+            // The plane leaves the voxel next to the mean: move the position to the side where it is inside.
             let down = |slope: f64| (slope > 0.0) == (first < 0.0);
             rounded = [0, 1].map(|k| if down(slopes[k]) { across[k].floor() } else { across[k].ceil() });
         }
@@ -97,7 +98,7 @@ impl SurfelCode {
     }
 }
 
-/// The surfels of codes, one after the other.
+/// Decodes codes into surfels, one after the other.
 pub(crate) struct Decoder {
     /// A voxel's edge and a step across, in steps of depth.
     edge: i64,
@@ -117,7 +118,7 @@ impl Decoder {
     #[inline]
     pub(crate) fn surfel(&mut self, code: &SurfelCode) -> Surfel {
         const STEPS_PER_M: f64 = UNITS_PER_M * DEPTH_STEPS as f64;
-        // The surfels of a cell have one normal.
+        // Surfels of a cell share one normal.
         let normal = match self.last {
             Some((last, normal)) if last == code.normal => normal,
             _ => code.normal.normal(),
@@ -163,7 +164,7 @@ mod tests {
         }
     }
 
-    /// A disc as it is and as it is kept, metres from the tile's origin.
+    /// A disc before and after rounding, metres from the tile's origin.
     struct Disc {
         exact: [Vector3<f64>; 2],
         kept: [Vector3<f64>; 2],
@@ -190,7 +191,7 @@ mod tests {
         }
     }
 
-    /// Where a ray crosses a disc, if it may.
+    /// The crossing of a ray with a disc, if any.
     fn crossing(
         origin: Vector3<f64>,
         direction: Vector3<f64>,
@@ -213,7 +214,7 @@ mod tests {
             for _ in 0..200_000 {
                 let disc = disc(&lattice, &mut random);
                 let [centre, normal] = disc.exact;
-                // Half of the rays as grazing as a hit may be, the rest at all incidences.
+                // Half of the rays at the most grazing incidence of a hit, the rest at any.
                 let cos =
                     if random.unit() < 0.5 { 0.010_01 } else { 0.01 + 0.99 * random.unit() * random.unit() };
                 let along = normal.cross(&random.direction()).normalize();
@@ -248,7 +249,7 @@ mod tests {
             prop_assume!(normal.norm() > 1e-3);
             let lattice = Lattice::new(voxel_m).unwrap();
             let most = f64::from(lattice.voxel_units() - 1);
-            // Now and then right in a face.
+            // Sometimes exactly on a face.
             let mean: [f64; 3] = std::array::from_fn(|k| match corner[k] { 0 => 0.0, 1 => most, _ => inside[k] * most });
             let code = SurfelCode::of(&lattice, [0, 0, 0], NormalCode::of(normal.into()), mean);
             let surfel = Decoder::new(&lattice, 0).surfel(&code);
@@ -260,7 +261,7 @@ mod tests {
             let centre = surfel.centre_in_tile_m.map(|c| f64::from(c) * UNITS_PER_M);
             prop_assert!(centre.iter().all(|c| (0.0..=most).contains(c)), "{centre:?}");
             let moved = Vector3::from_fn(|k, _| centre[k] - mean[k]);
-            // Up to half a step across, a whole one at the voxel's faces; as far again where the plane is steep.
+            // Up to half a step across, a whole one at the voxel's faces; as much again where the plane is steep.
             prop_assert!(moved.iter().all(|c| c.abs() * f64::from(lattice.across_steps()) <= 2.5), "{moved}");
             let plane = moved.dot(&kept);
             prop_assert!(plane.abs() <= 0.5 / f64::from(DEPTH_STEPS) + 1e-3, "{plane} units");

@@ -1,4 +1,4 @@
-//! How densely points fill the voxels of a grid.
+//! Measures how densely points fill the voxels of a grid.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -11,10 +11,10 @@ use crate::{Lattice, MapError};
 /// Returns a voxel needs to count as filled.
 const FILLED: usize = 3;
 
-/// How many points share their voxel with enough others: what decides the voxel edge.
+/// Measures the share of points in sufficiently filled voxels: it decides the voxel edge.
 ///
-/// Points are gathered in blocks; a block is a stretch of the drive, whose points are counted together.
-/// Order-free within a block, and any thread may add to it. 16 bytes a point of one block.
+/// Points are collected in blocks; a block is a stretch of the drive whose points are counted together. The order
+/// within a block is irrelevant, and any thread may add to it. Needs 16 bytes per point of one block.
 #[derive(Debug)]
 pub struct DensityProbe {
     lattice: Lattice,
@@ -41,7 +41,7 @@ impl DensityProbe {
         Ok(())
     }
 
-    /// Ends the block and counts it, on the threads of the pool it is called in. `O(n log n)`.
+    /// Ends the block and counts it, on the threads of the current pool. `O(n log n)`.
     pub fn end_block(&mut self) {
         let block = self.block.get_mut().unwrap_or_else(PoisonError::into_inner);
         block.par_sort_unstable();
@@ -69,7 +69,7 @@ mod tests {
         probe.add([[5.06; 3], [0.07; 3]].into_iter()).unwrap();
         probe.end_block();
         assert_eq!(probe.filled_share(), 0.6);
-        // A third point beside the pair comes too late: it belongs to another block.
+        // A third point in the voxel comes too late: it belongs to another block.
         probe.add([[5.07; 3]].into_iter()).unwrap();
         probe.end_block();
         assert_eq!(probe.filled_share(), 0.5);

@@ -1,17 +1,17 @@
-//! What can go wrong with a map.
+//! Errors of maps.
 
 use std::path::{Path, PathBuf};
 
 use dmp_disk::{DiskError, TileId};
 
-/// What can go wrong with a map. Every variant names the file, the place or the value.
+/// An error of a map. Every variant names the file, the position or the value.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum MapError {
     /// A voxel edge for which the sums would not be exact.
     #[error("a voxel edge of {voxel_m} m is outside 0.01 to 2 m")]
     VoxelOutOfRange {
-        /// The edge asked for, metres.
+        /// The given edge, metres.
         voxel_m: f64,
     },
     /// A point that is not finite or too far from the origin.
@@ -22,16 +22,16 @@ pub enum MapError {
         /// The largest coordinate allowed, metres.
         limit_m: f64,
     },
-    /// A length that must be a positive number of metres is none.
-    #[error("{metres} m is no {what}")]
+    /// A length that is not a positive number of metres.
+    #[error("{metres} m is not a valid {what}")]
     NoLength {
-        /// What it should be.
+        /// Its meaning.
         what: &'static str,
         /// The value, metres.
         metres: f64,
     },
-    /// A normal that is no unit vector.
-    #[error("{normal:?} is no unit vector, so no normal of a surfel")]
+    /// A normal that is not a unit vector.
+    #[error("the normal {normal:?} is not a unit vector")]
     NoNormal {
         /// The vector.
         normal: [f32; 3],
@@ -39,7 +39,7 @@ pub enum MapError {
     /// From a file, or the scratch file.
     #[error(transparent)]
     Disk(#[from] DiskError),
-    /// The file is no map store of ours.
+    /// The file is not a map store.
     #[error("{}: not a map store (it starts with {found:02x?})", path.display())]
     NotAStore {
         /// The file.
@@ -57,14 +57,14 @@ pub enum MapError {
         /// Version of this program.
         known: u32,
     },
-    /// The store is damaged outside its tiles: cut short, or a checksum that does not match.
+    /// The store is damaged outside its tiles: truncated, or with a wrong checksum.
     #[error("{}: damaged in its {part}: {detail}", path.display())]
     Damaged {
         /// The file.
         path: PathBuf,
         /// Which part.
         part: &'static str,
-        /// What is wrong with it, with the values.
+        /// The damage, with the values.
         detail: String,
     },
     /// One tile is damaged.
@@ -74,12 +74,12 @@ pub enum MapError {
         path: PathBuf,
         /// The tile.
         tile: TileId,
-        /// Where it starts.
+        /// Its first byte.
         offset: u64,
-        /// What is wrong with it, with the values.
+        /// The damage, with the values.
         detail: String,
     },
-    /// A triangle that is longer than any of a surface.
+    /// A triangle with an edge longer than any real surface has.
     #[error(
         "triangle {triangle} (from 0) has an edge of {edge_m:.3e} m: is a vertex wrong, or the mesh in another unit?"
     )]
@@ -91,7 +91,7 @@ pub enum MapError {
     },
     /// A mesh with more area than can be sampled.
     #[error(
-        "triangle {triangle} (from 0) brings the mesh to {area_m2:.3e} m², too much for a sample each {spacing_m} m: choose a larger spacing, or is it in another unit?"
+        "triangle {triangle} (from 0) brings the mesh to {area_m2:.3e} m², too large for a sample every {spacing_m} m: choose a larger spacing, or check the unit"
     )]
     TooManySamples {
         /// The triangle's number, from 0.

@@ -1,4 +1,4 @@
-//! The voxels of a map that rays contradict: what moved.
+//! The voxels of a map that rays contradict: traces of moving objects.
 
 use std::collections::hash_map::Entry;
 use std::collections::{BTreeSet, HashMap};
@@ -18,7 +18,7 @@ use crate::tile_surfels::borders_of;
 
 /// The voxels of a map that rays have shown to be free, looked up under a byte budget.
 ///
-/// They are kept as a store of their own with the surfels of those voxels.
+/// They are a separate store with the surfels of those voxels.
 #[derive(Debug)]
 pub struct FreeVoxels {
     store: Store,
@@ -42,8 +42,8 @@ impl Weight for VoxelSet {
 }
 
 impl FreeVoxels {
-    /// The voxels of `map` whose surfels were met so that `is_free` says so; kept in the file `path`, whose
-    /// name is taken away, and looked up with about `budget_bytes` of them in memory.
+    /// Collects the voxels of `map` whose surfels' counts satisfy `is_free`. They go to the file `path`, which is
+    /// unlinked; about `budget_bytes` of them are in memory.
     ///
     /// # Errors
     /// When the map or the tally cannot be read, or the file cannot be written.
@@ -84,12 +84,12 @@ impl FreeVoxels {
         Ok(Self { store: Store::open_once(path)?, tiles: BudgetCache::new(budget_bytes) })
     }
 
-    /// How many there are.
+    /// The number of free voxels.
     pub fn count(&self) -> u64 {
         self.store.surfels()
     }
 
-    /// Says for each point, world metres, whether its voxel is free; `marks` is overwritten.
+    /// Sets for each point, world metres, whether its voxel is free; `marks` is overwritten.
     ///
     /// # Errors
     /// When a point lies outside the world, or a tile is damaged.
@@ -129,7 +129,7 @@ impl FreeVoxels {
     }
 }
 
-/// Counts of the copies in each tile, read once and kept while their rows are at hand.
+/// Counts of the copies in each tile, read once and kept while their rows are in use.
 struct CopyCounts<'a> {
     tally: &'a Tally,
     tiles: HashMap<TileId, Vec<Met>>,
@@ -146,7 +146,7 @@ impl CopyCounts<'_> {
         })
     }
 
-    /// Tiles come row by row: those two rows back are not asked for again.
+    /// Tiles come row by row: those two rows back are not needed again.
     fn forget_rows_below(&mut self, row: i32) {
         self.tiles.retain(|tile, _| tile.y >= row);
     }

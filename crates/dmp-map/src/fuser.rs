@@ -1,4 +1,4 @@
-//! From points to a store: sums of voxels, tile by tile, out of core.
+//! Fuses points into voxel sums, tile by tile and out of core, and writes the store.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -20,7 +20,7 @@ use crate::tile_surfels::{TileSurfels, surfels_of};
 use crate::tile_table::TileTable;
 use crate::write_map::{SummedTiles, write_map};
 
-/// Parts of voxels that go into a tile at a time, while they are still in fast memory.
+/// Parts of voxels added to a tile at a time, while still in cache.
 const BATCH: usize = 256;
 
 impl Sums for TileMoments {
@@ -29,14 +29,14 @@ impl Sums for TileMoments {
     }
 }
 
-/// What a voxel takes in the scratch file each time that its tile is put aside.
+/// Bytes of a voxel in the scratch file each time its tile is spilled.
 pub const SCRATCH_VOXEL_BYTES: usize = size_of::<VoxelRecord>();
 
 /// Fuses points into a surfel map, out of core.
 ///
-/// Any number of threads add points through `&self`; every sum is an exact integer, so the map does not
-/// depend on their order. When the tiles in memory outgrow the budget, those unused for longest go to a
-/// scratch file as partial sums and are merged when the map is finished.
+/// Any number of threads add points through `&self`; every sum is an exact integer, so the order is irrelevant. When
+/// the tiles in memory exceed the budget, the least recently used are spilled to a scratch file as partial sums. They
+/// are merged when the map is finished.
 #[derive(Debug)]
 pub struct MapFuser {
     lattice: Lattice,
@@ -53,11 +53,11 @@ pub struct FuseBuffers {
 }
 
 impl MapFuser {
-    /// An empty map whose tiles in memory stay below about `budget_bytes`; partial tiles go to a file
-    /// without a name in `scratch_folder`, which vanishes with the process.
+    /// An empty map whose tiles in memory stay below about `budget_bytes`. Partial tiles are spilled to an unlinked
+    /// file in `scratch_folder`, which vanishes with the process.
     ///
     /// # Errors
-    /// When the scratch file cannot be made.
+    /// When the scratch file cannot be created.
     pub fn new(lattice: Lattice, budget_bytes: usize, scratch_folder: &Path) -> Result<Self, MapError> {
         Ok(Self {
             lattice,
@@ -67,11 +67,11 @@ impl MapFuser {
         })
     }
 
-    /// As [`MapFuser::new`], with the partial tiles in the file `scratch`: with what [`MapFuser::put_down`] gave,
-    /// another process goes on from there.
+    /// As [`MapFuser::new`], with the partial tiles in the file `scratch`: another process can resume from it and the
+    /// state of [`MapFuser::put_down`].
     ///
     /// # Errors
-    /// When the scratch file cannot be made.
+    /// When the scratch file cannot be created.
     pub fn with_scratch(lattice: Lattice, budget_bytes: usize, scratch: &Path) -> Result<Self, MapError> {
         Ok(Self {
             lattice,
@@ -81,10 +81,10 @@ impl MapFuser {
         })
     }
 
-    /// The map as far as it was fused when it was put down: `state` is what [`MapFuser::put_down`] gave.
+    /// Resumes a partially fused map: `state` is the result of [`MapFuser::put_down`].
     ///
     /// # Errors
-    /// When the scratch file cannot be opened, or is shorter than it was.
+    /// When the scratch file cannot be opened, or is too short.
     pub fn resume(
         lattice: Lattice,
         budget_bytes: usize,
@@ -103,8 +103,8 @@ impl MapFuser {
         })
     }
 
-    /// Puts all tiles into the scratch file and brings it to disk, and tells what it takes to go on from there.
-    /// For when nobody is adding points.
+    /// Spills all tiles to the scratch file, syncs it to disk, and returns the state for a resuming process. No thread
+    /// may add points meanwhile.
     ///
     /// # Errors
     /// When the scratch file cannot be written.
@@ -124,12 +124,12 @@ impl MapFuser {
         self.points.load(Ordering::Relaxed)
     }
 
-    /// Bytes of partial tiles put aside so far.
+    /// Bytes of partial tiles spilled so far.
     pub fn scratch_bytes(&self) -> u64 {
         self.scratch.bytes()
     }
 
-    /// The grid the map lives on.
+    /// The grid of the map.
     pub fn lattice(&self) -> &Lattice {
         &self.lattice
     }
@@ -137,8 +137,8 @@ impl MapFuser {
     /// Adds points in world metres, seen in `segment` (0 to `i32::MAX - 1`), or in no known segment.
     ///
     /// # Errors
-    /// When a point lies outside the world, after which some of the others are in the map and [`Self::points`] knows
-    /// of none; or when the scratch file cannot be written.
+    /// When a point lies outside the world; then some of the other points are in the map but not counted in
+    /// [`Self::points`]. Also when the scratch file cannot be written.
     pub fn add(
         &self,
         points_in_world_m: &[[f64; 3]],
@@ -158,7 +158,7 @@ impl MapFuser {
                 list.clear();
             }
         })?;
-        // Places the sensor has left keep no buffers.
+        // Tiles that the sensor has left keep no buffers.
         by_tile.retain(|list| !list.is_empty());
         for (tile, list) in by_tile.all_mut() {
             self.open.add(tile, |moments| moments.add(list, segment));
@@ -169,12 +169,11 @@ impl MapFuser {
         Ok(())
     }
 
-    /// Turns the sums into surfels and writes the store at `path`; `origin` is kept in it.
-    /// `on_tile` is told after each batch how many tiles are done, of how many.
+    /// Computes surfels from the sums and writes the store at `path`, with `origin`. `on_tile` receives, after each
+    /// batch, the number of finished tiles and their total.
     ///
     /// # Errors
-    /// When the scratch file cannot be read back or the store cannot be written; then no store appears
-    /// at `path`, and what was there before is untouched.
+    /// When the scratch file cannot be read back or the store cannot be written; then `path` is unchanged.
     pub fn finish(
         self,
         path: &Path,
@@ -185,8 +184,8 @@ impl MapFuser {
         write_map(&self, TileSpan::default(), (path, origin, durability), on_tile)
     }
 
-    /// The voxels of a tile by their cells: its parts are read side by side, so that of the tile itself little is in memory. What
-    /// is in memory of it is taken.
+    /// The voxels of a tile by their cells: its spilled parts are read in parallel, so that little is in memory. The
+    /// part in memory is removed.
     pub(crate) fn voxels_of(&self, tile: TileId) -> impl Iterator<Item = Result<VoxelRecord, DiskError>> {
         let of_disk = self.scratch.parts(tile).into_iter().map(Part::Aside);
         let in_memory = self.open.take(tile).map(|moments| Part::Open(moments.into_records()));
@@ -219,7 +218,7 @@ impl SummedTiles for MapFuser {
     }
 }
 
-/// A part of a tile: what was put aside of it, or what is in memory.
+/// A part of a tile: spilled, or in memory.
 enum Part<'a, I> {
     Aside(PartRecords<'a, VoxelRecord>),
     Open(I),

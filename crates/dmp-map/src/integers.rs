@@ -1,10 +1,10 @@
-//! Rounding and division that are exact and fast on every processor.
+//! Exact rounding and division that are fast on every processor.
 
-/// From 2⁵² to 2⁵³ every f64 is an integer and its last bits count them: a sum with this rounds halves to even.
+/// From 2⁵² to 2⁵³ every f64 is an integer counted by its last bits: adding this rounds halves to even.
 pub(crate) const SHIFT: f64 = 1.5 * (1u64 << 52) as f64;
 
-/// The nearest integer, halves away from zero, of a number below 2⁵¹: `f64::round`, which is a call into a
-/// library on processors that are not asked for more than the oldest instructions.
+/// The nearest integer, halves away from zero, of a number below 2⁵¹. It replaces `f64::round`, which is a library call
+/// with the oldest instruction set.
 #[inline]
 pub(crate) fn rounded(x: f64) -> i64 {
     let shifted = x + SHIFT;
@@ -13,7 +13,7 @@ pub(crate) fn rounded(x: f64) -> i64 {
     to_even + i64::from(rest == 0.5 && x > 0.0) - i64::from(rest == -0.5 && x < 0.0)
 }
 
-/// Division by a number that is known beforehand, as a multiplication.
+/// Division by a fixed number, as a multiplication.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Reciprocal(u64);
 
@@ -22,8 +22,8 @@ impl Reciprocal {
         Self(u64::MAX / u64::from(divisor) + 1)
     }
 
-    /// ⌊n / d⌋ for n · d < 2⁶⁴: the factor m is 2⁶⁴ / d rounded up, m d = 2⁶⁴ + e with e < d, so n m / 2⁶⁴ is
-    /// larger than n / d by n e / (2⁶⁴ d) < 1 / d, too little to reach the next integer.
+    /// ⌊n / d⌋ for n · d < 2⁶⁴. The factor m is 2⁶⁴ / d rounded up: m d = 2⁶⁴ + e with e < d.
+    /// So n m / 2⁶⁴ exceeds n / d by n e / (2⁶⁴ d) < 1 / d, too little to reach the next integer.
     #[inline]
     pub(crate) fn quotient(self, n: u64) -> u64 {
         ((u128::from(n) * u128::from(self.0)) >> 64) as u64
@@ -51,7 +51,7 @@ mod tests {
         fn multiplying_by_the_reciprocal_divides(n: u64, d in 1u32.., near in 0..3u64) {
             let n = n % (u64::MAX / u64::from(d) + 1);
             let reciprocal = Reciprocal::of(d);
-            // Beside a multiple, where a quotient changes, and anywhere.
+            // Near a multiple, where the quotient changes, and anywhere.
             let beside = (n / u64::from(d) * u64::from(d)).saturating_add(near).saturating_sub(1);
             for n in [n, beside] {
                 prop_assert_eq!(reciprocal.quotient(n), n / u64::from(d));

@@ -1,4 +1,4 @@
-//! The integer grid that maps live on: units, voxels, tiles.
+//! The integer grid of maps: units, voxels, tiles.
 
 use dmp_disk::TileId;
 
@@ -9,22 +9,21 @@ use crate::integers::{Reciprocal, rounded};
 pub const UNITS_PER_M: f64 = 8192.0;
 /// Steps of depth in a lattice unit: 3.8 µm each.
 pub(crate) const DEPTH_STEPS: u32 = 32;
-/// Coordinates beyond this are refused in every map, metres. Earth-centred coordinates (6.4e6 m) are well inside
-/// for all but the smallest voxels.
+/// Every map rejects coordinates beyond this, metres. Earth-centred coordinates (6.4e6 m) are well inside for all but
+/// the smallest voxels.
 pub(crate) const WORLD_LIMIT_M: f64 = 5e7;
-/// Voxels that a lattice may have, metres.
+/// Smallest and largest voxel edge, metres.
 const SMALLEST_M: f64 = 0.01;
 const LARGEST_M: f64 = 2.0;
-/// Tiles are as near to this edge as a whole number of 2 v cells allows, metres.
+/// The tile edge is the multiple of 2 v nearest to this, metres.
 const TILE_EDGE_M: f64 = 32.0;
-/// Voxels below this are for rooms, metres: with so many of them, a tile would be a whole room.
+/// Smaller voxels are for rooms, metres: with tiles of the usual edge, a tile would be a whole room.
 const ROOM_VOXELS_M: f64 = 0.05;
-/// The edge of tiles in a map of such voxels.
+/// The edge of tiles with such voxels.
 const ROOM_TILE_VOXELS: u32 = 160;
 
-/// The integer grid every map lives on: lattice units, voxels of a whole number of units, tiles of a
-/// whole, even number of voxels. All indices follow from integers alone, so they are the same on every
-/// machine and for every order of reading.
+/// The integer grid of every map: lattice units, voxels of a whole number of units, tiles of a whole, even number of
+/// voxels. All indices follow from integers alone, so they are equal on every machine and for every reading order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Lattice {
     voxel_units: u32,
@@ -33,13 +32,13 @@ pub struct Lattice {
     by_tile: Reciprocal,
 }
 
-/// Of [`Voxel::by_cell`], which tell voxels of a cell apart.
+/// Bits of [`Voxel::by_cell`] that distinguish the voxels of a cell.
 pub(crate) const VOXEL_OF_CELL_BITS: u32 = 3;
 
-/// A point on the lattice: its voxel, and its place there.
+/// A point on the lattice: its voxel and its offset in it.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) struct InVoxel {
-    /// Counted in voxels from the place that units are counted from.
+    /// In voxels from the origin of units.
     pub(crate) voxel: [u32; 3],
     /// Offset from the voxel's lowest corner, lattice units, each below `voxel_units` and 2¹⁴.
     pub(crate) offset_units: [u16; 3],
@@ -54,7 +53,7 @@ pub(crate) struct Voxel {
 }
 
 impl Voxel {
-    /// Its place among the voxels of a tile in the order of their 2 v cells, by z, y and x of these and then of the voxels.
+    /// Its index among the voxels of a tile, ordered by their 2 v cells (z, y, x) and then by the voxel in the cell.
     /// Voxels of a cell differ in the last [`VOXEL_OF_CELL_BITS`].
     pub(crate) fn by_cell(self) -> u64 {
         let z = u64::from(self.z as u32 ^ 1 << 31);
@@ -63,7 +62,7 @@ impl Voxel {
         cell << VOXEL_OF_CELL_BITS | (z & 1) << 2 | (y & 1) << 1 | x & 1
     }
 
-    /// The voxel whose place is `by_cell`.
+    /// The voxel with the index `by_cell`.
     pub(crate) fn at(by_cell: u64) -> Self {
         let (cell, low) = (by_cell >> VOXEL_OF_CELL_BITS, by_cell as u32);
         let z = (cell >> 30) as u32 & (u32::MAX >> 1);
@@ -103,8 +102,8 @@ impl Lattice {
         self.tile_voxels
     }
 
-    /// Steps of a lattice unit to which centres of surfels are rounded within their discs: a power of two, so that
-    /// a voxel has up to 2¹³ of them, one where it has more units than that, and never finer than those of depth.
+    /// Steps per lattice unit to which centres of surfels are rounded within their discs. It is a power of two, so that
+    /// a voxel has up to 2¹³ steps, at least one per unit, and never finer than those of depth.
     pub(crate) fn across_steps(&self) -> u32 {
         1 << ((1 << 13) / self.voxel_units).clamp(1, DEPTH_STEPS).ilog2()
     }
@@ -124,17 +123,17 @@ impl Lattice {
         0.8 * self.voxel_m()
     }
 
-    /// Coordinates beyond this are refused, metres: 5e7 m, and with voxels below 0.05 m nine tenths of what 2²¹ tiles
-    /// reach, 3e6 m with voxels of 0.01 m.
+    /// Coordinates beyond this are rejected, metres: 5e7 m. With voxels below 0.05 m it is nine tenths of the reach of
+    /// 2²¹ tiles: 3e6 m for voxels of 0.01 m.
     #[inline]
     pub fn world_limit_m(&self) -> f64 {
         WORLD_LIMIT_M.min(0.9 * f64::from(ORIGIN_TILES) * self.tile_edge_m())
     }
 
-    /// The tile over a place in the world, metres.
+    /// The tile of a position in the world, metres.
     ///
     /// # Errors
-    /// When the place is not finite or outside [`Self::world_limit_m`].
+    /// When the position is not finite or outside [`Self::world_limit_m`].
     #[inline]
     pub fn tile_of(&self, point_in_world_m: [f64; 3]) -> Result<TileId, MapError> {
         Ok(self.locate(point_in_world_m)?.0)
@@ -145,7 +144,7 @@ impl Lattice {
         [f64::from(tile.x) * self.tile_edge_m(), f64::from(tile.y) * self.tile_edge_m()]
     }
 
-    /// The tile over a point, and the point's voxel there.
+    /// The tile of a point, and the point's voxel in it.
     ///
     /// # Errors
     /// When the point is not finite or outside [`Self::world_limit_m`].
@@ -154,7 +153,7 @@ impl Lattice {
         Ok(self.in_tile(self.in_voxel(point_in_world_m)?.voxel))
     }
 
-    /// The voxel of a point, and its place there.
+    /// The voxel of a point, and its offset in it.
     ///
     /// # Errors
     /// When the point is not finite or outside [`Self::world_limit_m`].
@@ -168,13 +167,13 @@ impl Lattice {
         let voxel = units.map(|units| self.by_voxel.quotient(units));
         let edge = u64::from(self.voxel_units);
         Ok(InVoxel {
-            // Voxels are not smaller than 0.05 m and lie within 6e7 + 5e7 m, or there are at most 160 in each of 2²² tiles.
+            // Voxels are at least 0.05 m and lie within 6e7 + 5e7 m, or there are at most 160 in each of 2²² tiles.
             voxel: voxel.map(|voxel| voxel as u32),
             offset_units: std::array::from_fn(|k| (units[k] - voxel[k] * edge) as u16),
         })
     }
 
-    /// The tile of a voxel, and the voxel there.
+    /// The tile of a voxel, and the voxel in it.
     #[inline]
     pub(crate) fn in_tile(&self, voxel: [u32; 3]) -> (TileId, Voxel) {
         let [x, y, z] = voxel;
@@ -185,14 +184,14 @@ impl Lattice {
         (tile, Voxel { z: z as i32, y, x })
     }
 
-    /// How many units world zero lies from the place that voxels are counted from: so far that none is negative.
+    /// Distance in units from the origin of voxel indices to world zero: large enough that no index is negative.
     pub(crate) fn origin_units(&self) -> u64 {
         ORIGIN_TILES as u64 * u64::from(self.tile_voxels * self.voxel_units)
     }
 }
 
-/// How many tiles lie between the place that units are counted from and world zero: 6e7 m, as tiles of voxels of 0.05 m
-/// and more are not smaller than 30 m.
+/// Number of tiles between the origin of units and world zero: 6e7 m, as tiles with voxels of 0.05 m and more have at
+/// least 30 m.
 const ORIGIN_TILES: i32 = 1 << 21;
 
 #[cfg(test)]

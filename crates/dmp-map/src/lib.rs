@@ -1,16 +1,16 @@
 //! The chunked surfel map: fuse points out of core, store tiles on disk, load them under a byte budget.
 //!
 //! # Brief overview
-//! A [`MapFuser`] takes points in world metres from any number of threads and keeps, per voxel of a
-//! [`Lattice`], exact integer sums ([`Support`] among them: which segments of the drive saw the voxel).
-//! What outgrows its budget goes to a scratch file. [`MapFuser::finish`] turns the sums into [`Surfel`]s
-//! and writes them tile by tile into a [`Store`]: one immutable, checksummed file, from which a [`Tile`]
-//! is loaded at a time, usually through a [`BudgetCache`](dmp_disk::BudgetCache).
+//! A [`MapFuser`] takes points in world metres from any number of threads. Per voxel of a [`Lattice`] it keeps exact
+//! integer sums, and the [`Support`]: which segments of the drive saw the voxel. Sums beyond its memory budget are
+//! spilled to a scratch file. [`MapFuser::finish`] computes [`Surfel`]s from the sums and writes them tile by tile into
+//! a [`Store`]: one immutable, checksummed file. A [`Tile`] is loaded at a time, usually through a
+//! [`BudgetCache`](dmp_disk::BudgetCache).
 //!
-//! [`Patches`] are rigid pieces of a map that are fused once; a [`PlacedPatches`] is the map they make wherever they come
-//! to lie, tile by tile as it is asked for.
+//! [`Patches`] are rigid pieces of a map that are fused once. A [`PlacedPatches`] is the map of patches at given poses;
+//! its tiles are computed on demand.
 //!
-//! The same points give the same bytes, whatever the number of threads, the budget or the order.
+//! The same points give the same bytes, for any number of threads, budget and order.
 //!
 //! ```
 //! use dmp_map::{Durability, FuseBuffers, Lattice, MapFuser, Origin, Store};

@@ -1,4 +1,4 @@
-//! Surfels from anywhere as a map in memory.
+//! A map in memory from surfels of any origin.
 
 use std::collections::HashMap;
 
@@ -14,7 +14,7 @@ use crate::tile_source::TileSource;
 pub struct WorldSurfel {
     /// Centre of the disc, world metres.
     pub centre_in_world_m: [f64; 3],
-    /// Unit normal; its sign means nothing.
+    /// Unit normal; its sign has no meaning.
     pub normal: [f32; 3],
     /// See [`crate::Support::third_lowest`].
     pub third_lowest: i32,
@@ -22,7 +22,7 @@ pub struct WorldSurfel {
     pub third_highest: i32,
 }
 
-/// Surfels from anywhere, cut into tiles and held in memory: for maps that were not fused here.
+/// Surfels of any origin, cut into tiles and held in memory: for maps that were not fused here.
 #[derive(Debug)]
 pub struct LooseSurfels {
     tile_edge_m: f64,
@@ -32,12 +32,12 @@ pub struct LooseSurfels {
 }
 
 impl LooseSurfels {
-    /// Cuts surfels with discs of `radius_m` into tiles; a disc over a border is in every tile it reaches.
-    /// `O(surfels)` time and memory.
+    /// Cuts surfels with discs of `radius_m` into tiles; a disc over a border is in every tile it reaches. `O(surfels)`
+    /// time and memory.
     ///
     /// # Errors
-    /// A radius or an edge that is not a positive number of metres, an edge below the diameter of a disc or so
-    /// small that tiles cannot be numbered, a centre outside ±5e7 m, a normal that is no unit vector.
+    /// A radius or an edge that is not a positive number of metres, an edge below a disc's diameter or too small to
+    /// number the tiles, a centre outside ±5e7 m, a normal that is not a unit vector.
     pub fn new(
         tile_edge_m: f64,
         radius_m: f64,
@@ -62,7 +62,7 @@ impl LooseSurfels {
             let [x, y, _] = surfel.centre_in_world_m;
             let home = [x, y].map(|c| (c / tile_edge_m).floor() as i32);
             let half = surfel.as_tile_surfel([0.0; 3]).half_extents_m(radius_m as f32);
-            // A little more than the disc, so that rounding at the border hides nothing.
+            // A little more than the disc, so that rounding at the border loses nothing.
             let reach = |c: f64, half: f32| {
                 let half = f64::from(half) + 1e-3;
                 ((c - half) / tile_edge_m).floor() as i32..=((c + half) / tile_edge_m).floor() as i32

@@ -1,15 +1,15 @@
-//! The parts of a tile that was put aside several times, read side by side.
+//! Reads the parts of a tile that was spilled several times, merged in order.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use crate::moments::VoxelRecord;
 
-/// The voxels of several parts of a tile, each [by their cells](crate::lattice::Voxel::by_cell), in that order: those of
-/// one voxel are summed up. Of each part one record is held.
+/// The voxels of several parts of a tile, merged in the order of [their cells](crate::lattice::Voxel::by_cell): sums of
+/// the same voxel are added. One record of each part is in memory.
 pub(crate) struct Merged<I, E> {
     parts: Vec<I>,
-    /// The record that each part goes on with, by its place and the part's number.
+    /// The next record of each part, by its index and the part's number.
     heads: BinaryHeap<Reverse<(u64, usize)>>,
     records: Vec<Option<VoxelRecord>>,
     failed: Option<E>,
@@ -23,7 +23,7 @@ impl<E, I: Iterator<Item = Result<VoxelRecord, E>>> Merged<I, E> {
         merged
     }
 
-    /// Goes on in a part, of which a failure is kept.
+    /// Reads the next record of a part; keeps an error.
     fn advance(&mut self, part: usize) {
         match self.parts[part].next() {
             Some(Ok(record)) => {

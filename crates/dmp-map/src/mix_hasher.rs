@@ -2,7 +2,7 @@
 
 use std::hash::Hasher;
 
-/// One multiplication and a fold: brick keys are small integers that nobody chooses to collide.
+/// One multiplication and a fold: brick keys are small integers, and nobody attacks them with collisions.
 #[derive(Debug, Default)]
 pub(crate) struct MixHasher(u64);
 

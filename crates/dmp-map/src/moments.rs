@@ -1,14 +1,14 @@
-//! Sums over the points of a voxel, as exact integers.
+//! Sums over the points of a voxel as exact integers.
 
 use crate::Support;
 use crate::lattice::Voxel;
 
-/// Exact sums over the points of one voxel: count, Σp, Σppᵀ in lattice units from the voxel's lowest
-/// corner, and the segments they were seen in.
+/// Exact sums over the points of one voxel: count, Σp, Σppᵀ in lattice units from the voxel's lowest corner, and the
+/// segments of the observations.
 ///
-/// Integers add in any order to the same value, so maps merge exactly. Offsets stay below 2¹⁴ units
-/// (voxels up to 2 m), their products below 2²⁸, or 2³⁰ seen from a cell of eight voxels: 63 bits hold 2³³
-/// points in one cell. They have signs for points that belong to a voxel with others of a patch, and lie beside it.
+/// Integers add in any order to the same value, so maps merge exactly. Offsets stay below 2¹⁴ units (voxels up to 2 m),
+/// their products below 2²⁸, or 2³⁰ relative to a cell of eight voxels: 63 bits hold 2³³ points in one cell. They are
+/// signed, since points of a patch may lie beside the voxel to which they are added.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub(crate) struct Moments {
@@ -40,8 +40,8 @@ impl Moments {
         self.support.merge(&other.support);
     }
 
-    /// Adds the sums of `other` as seen from a corner that lies `shift_units` below other's own:
-    /// Σ(p + a)(p + a)ᵀ = Σppᵀ + aΣpᵀ + Σp aᵀ + n aaᵀ. Support is left alone.
+    /// Adds the sums of `other` relative to a corner `shift_units` below its own; support is not merged.
+    /// Σ(p + a)(p + a)ᵀ = Σppᵀ + aΣpᵀ + Σp aᵀ + n aaᵀ.
     pub(crate) fn merge_shifted(&mut self, other: &Self, shift_units: [i64; 3]) {
         let n = other.count as i64;
         let [x, y, z] = other.sum;
@@ -80,7 +80,7 @@ impl Moments {
     }
 }
 
-/// A voxel with its sums, as it goes to disk when its tile is put aside.
+/// A voxel with its sums, as spilled to disk.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub(crate) struct VoxelRecord {

@@ -1,16 +1,16 @@
-//! The sums of a voxel in few bytes, as long as they are small.
+//! The sums of a voxel in few bytes while they are small.
 
 use crate::Support;
 use crate::moments::Moments;
 
 /// Count, Σp and Σppᵀ of a voxel's points in 32 bits each, two to a word: the first in the lower half.
 ///
-/// n and x, y and z, xx and xy, yy and yz, zz and xz: so one multiplication gives two products, and as long as no
-/// lower half overflows, one addition adds two sums.
+/// n and x, y and z, xx and xy, yy and yz, zz and xz. So one multiplication gives two products. As long as no lower
+/// half overflows, one addition adds two sums.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) struct PackedSums([u64; 5]);
 
-/// Sums that have this bit in a lower half are to be carried.
+/// Sums with this bit in a lower half must be carried.
 const FULL: u64 = 1 << 31;
 
 impl PackedSums {
@@ -36,19 +36,19 @@ impl PackedSums {
         Self(self.0.map(|pair| pair & mask))
     }
 
-    /// How many points there are.
+    /// The number of points.
     #[inline]
     pub(crate) fn count(&self) -> u32 {
         self.0[0] as u32
     }
 
-    /// How many points in voxels of `voxel_units` are certain to leave [`FULL`] unset.
+    /// Number of points in voxels of `voxel_units` that certainly leave [`FULL`] unset.
     pub(crate) fn most_points(voxel_units: u32) -> u32 {
         let offset = u64::from(voxel_units).max(2) - 1;
         ((FULL - 1) / (offset * offset)) as u32
     }
 
-    /// It is enough to look at the count and at the squares: Σx ≤ Σxx, and 2 Σxy ≤ Σxx + Σyy.
+    /// Checking the count and the squares suffices: Σx ≤ Σxx, and 2 Σxy ≤ Σxx + Σyy.
     #[inline]
     fn is_full(&self) -> bool {
         let [n, _, xx, yy, zz] = self.0;
@@ -56,7 +56,7 @@ impl PackedSums {
     }
 }
 
-/// [`Moments`] while points are added: in 32 bits, so that adding to them touches one cache line.
+/// [`Moments`] while points are added: in 32 bits, so that an addition touches one cache line.
 #[derive(Debug, Clone, Copy, Default)]
 #[repr(C, align(64))]
 pub(crate) struct NarrowMoments {
@@ -65,8 +65,8 @@ pub(crate) struct NarrowMoments {
 }
 
 impl NarrowMoments {
-    /// Adds points that were seen in `segment`, whose sums are not full; whether these are to be carried before
-    /// others are added.
+    /// Adds points seen in `segment`, whose sums are not full. Returns whether the sums must be carried before the next
+    /// addition.
     #[inline]
     #[must_use]
     pub(crate) fn add(&mut self, points: &PackedSums, segment: Option<i32>) -> bool {
@@ -88,7 +88,7 @@ impl NarrowMoments {
         &self.sums
     }
 
-    /// Hands over the sums and starts again from none.
+    /// Returns the sums and resets them.
     pub(crate) fn carry(&mut self) -> Moments {
         std::mem::take(self).widened()
     }

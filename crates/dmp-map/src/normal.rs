@@ -1,4 +1,4 @@
-//! The normal of a cloud: the smallest eigenvector of its covariance.
+//! Computes the normal of a cloud: the eigenvector of its covariance's smallest eigenvalue.
 
 /// The eigenvector of the smallest eigenvalue of a symmetric 3×3 matrix (xx, xy, xz, yy, yz, zz), of
 /// unit length, its largest component positive; and the three eigenvalues, ascending.

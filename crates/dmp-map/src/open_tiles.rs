@@ -1,4 +1,4 @@
-//! What is summed up of tiles, in memory under a byte budget.
+//! Sums of tiles in memory, under a byte budget.
 
 use std::collections::HashMap;
 use std::hash::BuildHasherDefault;
@@ -9,10 +9,10 @@ use dmp_disk::{DiskError, TileId};
 
 use crate::mix_hasher::MixHasher;
 
-/// Locks over which tiles are spread, so that threads rarely wait for each other.
+/// Number of locks over which tiles are spread, so that threads rarely wait for each other.
 const SHARDS: usize = 64;
 
-/// What is summed up of each tile, in memory as long as it stays within a byte budget.
+/// The sums of each tile, in memory within a byte budget.
 #[derive(Debug)]
 pub(crate) struct OpenTiles<T> {
     budget_bytes: usize,
@@ -29,14 +29,13 @@ struct Open<T> {
     last_use: u64,
 }
 
-/// The memory a tile's sums take.
+/// The memory of a tile's sums.
 pub(crate) trait Sums: Default {
     /// Bytes.
     fn bytes(&self) -> usize;
 }
 
-/// A lock whose holder panicked still holds whole sums: no state is ever half written where it would be
-/// read again, since the panic ends the run.
+/// Ignores poisoning: a lock whose holder panicked still has whole sums, and the panic ends the run.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
@@ -66,11 +65,11 @@ impl<T: Sums> OpenTiles<T> {
         let before = open.sums.bytes();
         add(&mut open.sums);
         open.last_use = self.clock.fetch_add(1, Ordering::Relaxed);
-        // Counted while the tile is locked: whoever puts it aside takes off what was put on.
+        // Counted while the tile is locked: so spilling it subtracts exactly what was added.
         self.bytes.fetch_add(open.sums.bytes() - before, Ordering::Relaxed);
     }
 
-    /// Over the budget, hands the tiles unused for longest to `put_aside` until three quarters of it remain.
+    /// If over the budget, passes the least recently used tiles to `put_aside` until three quarters of it remain.
     pub(crate) fn keep_budget(
         &self,
         put_aside: impl Fn(TileId, T) -> Result<(), DiskError>,
@@ -87,21 +86,21 @@ impl<T: Sums> OpenTiles<T> {
             if self.bytes.load(Ordering::Relaxed) <= self.budget_bytes / 4 * 3 {
                 break;
             }
-            // Another thread may have put it aside, or added to it: either is fine.
+            // Another thread may have spilled it or added to it: both are fine.
             let Some(sums) = self.take(tile) else { continue };
             put_aside(tile, sums)?;
         }
         Ok(())
     }
 
-    /// Removes a tile's sums, where there are any.
+    /// Removes a tile's sums, if any.
     pub(crate) fn take(&self, tile: TileId) -> Option<T> {
         let sums = self.shard(tile).remove(&tile)?.sums;
         self.bytes.fetch_sub(sums.bytes(), Ordering::Relaxed);
         Some(sums)
     }
 
-    /// Looks at a tile's sums, where there are any.
+    /// Reads a tile's sums, if any.
     pub(crate) fn look<R>(&self, tile: TileId, look: impl FnOnce(&T) -> R) -> Option<R> {
         self.shard(tile).get(&tile).map(|open| look(&open.sums))
     }

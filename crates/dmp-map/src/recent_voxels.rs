@@ -1,21 +1,21 @@
-//! Sums up points by voxels before they go to the map.
+//! Sums points by voxel before they are added to the map.
 
 use crate::MapError;
 use crate::lattice::{InVoxel, Lattice};
 use crate::narrow_moments::PackedSums;
 use crate::window::{Located, TOGETHER, Window, unpacked};
 
-/// Voxels whose points are summed up at a time: 32 KiB, which stay in the fastest memory.
+/// Voxels whose points are summed at a time: 32 KiB, which stay in the first-level cache.
 const RECENT: usize = 512;
 
-/// Sums up points voxel by voxel before they go to the map: what a sensor measures within a short time falls mostly
-/// into few voxels, whose sums in the map are far away in memory.
+/// Sums points voxel by voxel before they are added to the map. A sensor's returns within a short time mostly fall into
+/// few voxels, whose sums in the map are far away in memory.
 ///
-/// Each voxel has one place among the recent ones; another one that comes there drives it out.
+/// It is direct-mapped: a voxel has one slot, and another voxel in that slot evicts it.
 #[derive(Debug)]
 pub(crate) struct RecentVoxels {
     recent: Box<[Recent]>,
-    /// What a block of points has driven out.
+    /// Entries evicted by a block of points.
     out: Box<[Recent; TOGETHER]>,
     found: Box<Located>,
 }
@@ -39,10 +39,10 @@ impl Default for RecentVoxels {
 }
 
 impl RecentVoxels {
-    /// Hands over the sums of points by voxels, of some voxels in several parts. The sums of a part are not full.
+    /// Passes on the sums of points by voxels; some voxels come in several parts. The sums of a part are not full.
     ///
     /// # Errors
-    /// When a point lies outside the world: points before it are handed over or forgotten.
+    /// When a point lies outside the world; earlier points are passed on or dropped.
     #[inline]
     pub(crate) fn add(
         &mut self,
@@ -71,13 +71,13 @@ impl RecentVoxels {
         Ok(())
     }
 
-    /// Adds the points found, and tells how many entries were driven out.
+    /// Adds the located points and returns the number of evicted entries.
     #[inline]
     fn add_block(&mut self, most_points: u32) -> usize {
         let Self { recent, out, found } = self;
         let mut count = 0;
         for (&voxel, &offset) in found.voxels.iter().zip(&found.offsets) {
-            // Written whether it is out or not: which points drive something out no processor can foresee.
+            // Written in either case: no processor can predict which points evict an entry.
             let out = &mut out[count % TOGETHER];
             let is_out = add_point(recent, voxel, unpacked(offset), most_points, out);
             count += usize::from(is_out);
@@ -85,7 +85,7 @@ impl RecentVoxels {
         count
     }
 
-    /// Adds points wherever they lie, one by one.
+    /// Adds points at any position, one by one.
     #[cold]
     fn add_singly(
         &mut self,
@@ -96,7 +96,7 @@ impl RecentVoxels {
     ) -> Result<(), MapError> {
         for &point in points_in_world_m {
             let located = window.lattice().in_voxel(point);
-            // Nothing is to stay behind for the next time.
+            // Nothing may remain for the next call.
             let located = located.inspect_err(|_| self.recent.fill(Recent::default()));
             let InVoxel { voxel, offset_units } = located?;
             if let Some(number) = window.number(voxel) {
@@ -115,8 +115,8 @@ impl RecentVoxels {
     }
 }
 
-/// Adds a point, writes into `out` what was in its place before, and tells whether that is driven out: it is another
-/// voxel, or its sums could become full.
+/// Adds a point and writes the slot's previous content to `out`. Returns whether that is evicted: it is another voxel,
+/// or its sums could become full.
 #[inline]
 fn add_point(
     recent: &mut [Recent],

@@ -1,15 +1,15 @@
-//! Which parts of the drive saw a surfel, and what that makes independent.
+//! The segments of the drive that saw a surfel, and the independence that follows.
 
-/// Which segments of the drive a surfel was seen in, as far as independence needs it: the three lowest
-/// and the three highest segments of its observations, with multiplicity.
+/// The segments of the drive in which a surfel was seen, as far as independence needs them: the three lowest and the
+/// three highest segments of its observations, with multiplicity.
 ///
 /// Order-free and mergeable: the summary of a union is the merge of the summaries.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub struct Support {
-    /// Ascending; `ABSENT_LOW` where there are fewer.
+    /// Ascending; padded with `ABSENT_LOW`.
     lowest: [i32; 3],
-    /// Descending; `ABSENT_HIGH` where there are fewer.
+    /// Descending; padded with `ABSENT_HIGH`.
     highest: [i32; 3],
 }
 
@@ -45,7 +45,7 @@ impl Support {
         }
     }
 
-    /// Adds the observations summed up in `other`, which must be others than one's own.
+    /// Adds the observations of `other`, which must be disjoint from its own.
     pub fn merge(&mut self, other: &Self) {
         for segment in other.lowest {
             if segment != ABSENT_LOW && segment < self.lowest[2] {
@@ -74,8 +74,8 @@ impl Support {
     }
 }
 
-/// Where observations count as independent of a return made in one segment: at least three of them
-/// before, or at least three after, the segment and its neighbours up to a reach.
+/// The condition for observations to be independent of a return made in one segment: at least three before, or at least
+/// three after, the segment and its neighbours up to a reach.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Independence {
     before: i32,

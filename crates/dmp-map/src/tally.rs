@@ -1,4 +1,4 @@
-//! Counts how rays met surfels, out of core.
+//! Counts how rays meet surfels, out of core.
 
 use std::path::Path;
 
@@ -7,12 +7,12 @@ use dmp_disk::{ScratchFile, TileId};
 use crate::MapError;
 use crate::open_tiles::{OpenTiles, Sums};
 
-/// How rays met one surfel. Counts stop at 2³² − 1, which no order of adding changes.
+/// How rays meet one surfel. Counts saturate at 2³² − 1, whatever the order.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Met {
-    /// Rays that crossed it and measured something well beyond.
+    /// Rays that cross it and measured a range well beyond.
     pub through: u32,
-    /// Rays that crossed it about where they measured something.
+    /// Rays that cross it near their measured range.
     pub on: u32,
 }
 
@@ -27,13 +27,13 @@ impl Met {
 /// A ray's crossing of one surfel of a tile.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Crossing {
-    /// The surfel, as [`crate::Tile::surfels`] has it.
+    /// The surfel's index in [`crate::Tile::surfels`].
     pub surfel: u32,
-    /// Whether the ray measured something there; otherwise it went on.
+    /// Whether the ray ended there; otherwise it passed through.
     pub on: bool,
 }
 
-/// Counts of one surfel put aside.
+/// Spilled counts of one surfel.
 #[derive(Debug, Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 struct Record {
@@ -48,11 +48,10 @@ impl Sums for Vec<Met> {
     }
 }
 
-/// Counts how rays met the surfels of a map, out of core.
+/// Counts how rays meet the surfels of a map, out of core.
 ///
-/// Any number of threads count through `&self`; counts are integers, so the tally does not depend on their
-/// order. Tiles unused for longest go to a scratch file when the budget is exceeded, and are summed in the
-/// end.
+/// Any number of threads count through `&self`; counts are integers, so their order is irrelevant. Above the budget,
+/// the least recently used tiles are spilled to a scratch file; they are summed at the end.
 #[derive(Debug)]
 pub struct Tally {
     open: OpenTiles<Vec<Met>>,
@@ -60,27 +59,27 @@ pub struct Tally {
 }
 
 impl Tally {
-    /// An empty tally that keeps about `budget_bytes` of counts in memory, the rest in a file without a
-    /// name in `scratch_folder`.
+    /// An empty tally that keeps about `budget_bytes` of counts in memory and spills the rest to an unlinked file in
+    /// `scratch_folder`.
     ///
     /// # Errors
-    /// When the scratch file cannot be made.
+    /// When the scratch file cannot be created.
     pub fn new(budget_bytes: usize, scratch_folder: &Path) -> Result<Self, MapError> {
         Ok(Self { open: OpenTiles::new(budget_bytes), scratch: ScratchFile::new(scratch_folder)? })
     }
 
-    /// Bytes of counts put aside so far.
+    /// Bytes of counts spilled so far.
     pub fn scratch_bytes(&self) -> u64 {
         self.scratch.bytes()
     }
 
-    /// Counts crossings of a tile that has `surfels` surfels, copies over its borders among them.
+    /// Counts crossings of a tile that has `surfels` surfels, including copies over its borders.
     ///
     /// # Errors
     /// When the scratch file cannot be written.
     ///
     /// # Panics
-    /// Where a crossing is of a surfel beyond those.
+    /// When a crossing has a larger surfel index.
     pub fn add(&self, tile: TileId, surfels: usize, crossings: &[Crossing]) -> Result<(), MapError> {
         self.open.add(tile, |counts| {
             if counts.is_empty() {
@@ -101,10 +100,10 @@ impl Tally {
         Ok(())
     }
 
-    /// The counts of a tile's `surfels` surfels, copies over its borders among them.
+    /// The counts of a tile's `surfels` surfels, including copies over its borders.
     ///
     /// # Errors
-    /// When the scratch file cannot be read back as it was written.
+    /// When the scratch file cannot be read back unchanged.
     pub fn of_tile(&self, tile: TileId, surfels: usize) -> Result<Vec<Met>, MapError> {
         let mut counts = vec![Met::default(); surfels];
         self.open.look(tile, |met| counts.copy_from_slice(met));

@@ -1,4 +1,4 @@
-//! A tile in memory, and what bounds it.
+//! A tile in memory, and its bounds.
 
 use dmp_disk::TileId;
 
@@ -7,29 +7,29 @@ use crate::surfel::Surfel;
 /// One tile in memory: its own surfels, then the copies of its neighbours' border discs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tile {
-    /// Which tile.
+    /// The tile.
     pub id: TileId,
-    /// The place that the surfels' coordinates count from: the tile's corner and a z amid its surfels, world metres.
+    /// The origin of the surfels' coordinates: the tile's corner and a z among its surfels, world metres.
     pub origin_in_world_m: [f64; 3],
     /// The surfels.
     pub surfels: Vec<Surfel>,
-    /// How many of them, in front, are the tile's own.
+    /// The number of its own surfels, which come first.
     pub own: usize,
 }
 
 impl Tile {
-    /// Height that the tile's z counts from, world metres.
+    /// Origin of the tile's z, world metres.
     pub fn base_z_m(&self) -> f64 {
         self.origin_in_world_m[2]
     }
 }
 
-/// Bounds of what a tile holds.
+/// Bounds of a tile's content.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TileExtent {
-    /// Lowest and highest world z any disc reaches, metres.
+    /// Lowest and highest world z that any disc reaches, metres.
     pub z_range_m: [f64; 2],
-    /// Smallest third-lowest segment of its surfels: no surfel of the tile can be independent earlier.
+    /// Smallest third-lowest segment of its surfels: no surfel of the tile is independent of an earlier segment.
     pub min_third_lowest: i32,
     /// Largest third-highest segment of its surfels.
     pub max_third_highest: i32,
@@ -42,7 +42,7 @@ impl TileExtent {
         max_third_highest: i32::MIN,
     };
 
-    /// Widens it by a disc whose z counts from `base_z_m`.
+    /// Extends it by a disc whose z has the origin `base_z_m`.
     pub(crate) fn add(&mut self, surfel: &Surfel, base_z_m: f64, radius_m: f32) {
         let half = f64::from(surfel.half_extents_m(radius_m)[2]) + 1e-3;
         let z = base_z_m + f64::from(surfel.centre_in_tile_m[2]);

@@ -1,4 +1,4 @@
-//! The voxel sums of one tile while it is being fused.
+//! The voxel sums of one tile under construction.
 
 use std::collections::HashMap;
 use std::hash::BuildHasherDefault;
@@ -11,18 +11,18 @@ use crate::narrow_moments::{NarrowMoments, PackedSums};
 /// Voxels along the edge of a brick.
 pub const BRICK_EDGE: u32 = 4;
 const BRICK_VOXELS: usize = (BRICK_EDGE * BRICK_EDGE * BRICK_EDGE) as usize;
-/// Sums that are set aside for a brick at a time.
+/// Sums allocated for a brick at a time.
 const GROUP: usize = 4;
 /// Voxels whose sums are looked up together.
 const TOGETHER: usize = 128;
 const EMPTY: u8 = u8::MAX;
-/// How much more room lists have than there is in them, on average: it doubles each time.
+/// Average ratio of capacity to length of growing lists, which double each time.
 const ROOM: f64 = 1.4;
-/// What each brick has in its place in the hash.
+/// Bytes of a brick's entry in the hash.
 const PLACE_BYTES: usize = 24;
 
-/// The voxel sums of one tile while it is being fused: a hash of 4³-voxel bricks that say where the sums of their
-/// voxels are in one dense list.
+/// The voxel sums of one tile under construction: a hash of 4³-voxel bricks that index their voxels' sums in one dense
+/// list.
 #[derive(Debug, Default)]
 pub(crate) struct TileMoments {
     by_place: HashMap<u64, u32, BuildHasherDefault<MixHasher>>,
@@ -31,29 +31,29 @@ pub(crate) struct TileMoments {
     corners: Vec<Voxel>,
     /// Groups that belong to bricks.
     sums: Vec<NarrowMoments>,
-    /// What the sums of some voxels could not hold.
+    /// Carried sums of voxels that overflow.
     carried: HashMap<u32, Moments, BuildHasherDefault<MixHasher>>,
 }
 
-/// Two cache lines: a surface passes through few voxels of a brick, and which they are is known once it is met.
+/// Two cache lines: a surface passes through few voxels of a brick, known only when they are first used.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(128))]
 struct Brick {
-    /// Of each voxel, how many others of the brick had points before it; [`EMPTY`] where it has none.
+    /// For each voxel the number of the brick's voxels used before it; [`EMPTY`] if unused.
     ranks: [u8; BRICK_VOXELS],
-    /// Which groups of sums the brick's voxels have, in the order of ranks.
+    /// The groups of sums of the brick's voxels, in the order of ranks.
     groups: [u32; BRICK_VOXELS / GROUP],
 }
 
-/// Points of one voxel of a tile, summed up.
+/// Sums of points in one voxel of a tile.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PartOfVoxel {
     pub(crate) voxel: Voxel,
     pub(crate) sums: PackedSums,
 }
 
-/// The memory that the sums of so many voxels take while a map is fused, in so many bricks of [`BRICK_EDGE`] voxels along
-/// each edge, bytes, about: few voxels of a brick take more each.
+/// Approximate memory of the sums of this many voxels during fusion, in this many bricks of [`BRICK_EDGE`] voxels per
+/// edge, bytes. Sparse bricks need more per voxel.
 pub fn fused_bytes(voxels: f64, bricks: f64) -> f64 {
     let brick_bytes = size_of::<Brick>() + size_of::<Voxel>() + PLACE_BYTES;
     // Half of the last group of each brick is empty.
@@ -66,7 +66,7 @@ impl TileMoments {
     pub(crate) fn add(&mut self, parts: &[PartOfVoxel], segment: Option<i32>) {
         let (mut bricks, mut ranks, mut slots) = ([0; TOGETHER], [0; TOGETHER], [0; TOGETHER]);
         for parts in parts.chunks(TOGETHER) {
-            // One step for all of them before the next step, so that they come from memory together.
+            // One step for all of them before the next step, so that their memory accesses overlap.
             for (brick, part) in bricks.iter_mut().zip(parts) {
                 *brick = self.brick(part.voxel);
             }
@@ -104,7 +104,7 @@ impl TileMoments {
         })
     }
 
-    /// Where the sums of a voxel are, which may be new.
+    /// The index of a voxel's sums; allocates it if new.
     #[cold]
     fn slot(&mut self, brick: u32, voxel: Voxel) -> u32 {
         let (brick, place) = (&mut self.bricks[brick as usize], place_in_brick(voxel));
@@ -119,7 +119,7 @@ impl TileMoments {
         brick.slot(brick.ranks[place])
     }
 
-    /// Memory held, bytes, growth of the vectors included.
+    /// Memory held, bytes, including spare capacity.
     pub(crate) fn bytes(&self) -> usize {
         self.bricks.capacity() * size_of::<Brick>()
             + self.corners.capacity() * size_of::<Voxel>()
@@ -128,12 +128,12 @@ impl TileMoments {
             + self.carried.capacity() * size_of::<(u32, Moments)>()
     }
 
-    /// Voxels that it may have, at most.
+    /// Upper limit of its voxels.
     pub(crate) fn most_voxels(&self) -> usize {
         self.sums.len()
     }
 
-    /// The voxels [by their cells](Voxel::by_cell): an order that depends on nothing but their places.
+    /// The voxels [by their cells](Voxel::by_cell): the order depends only on their positions.
     pub(crate) fn into_records(self) -> impl Iterator<Item = VoxelRecord> {
         let Self { bricks, corners, mut sums, carried, by_place } = self;
         drop(by_place);

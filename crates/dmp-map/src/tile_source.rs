@@ -1,4 +1,4 @@
-//! What rays are cast into: maps that hand over tile by tile.
+//! Maps that rays are cast into, tile by tile.
 
 use dmp_disk::TileId;
 
@@ -17,13 +17,13 @@ pub trait TileSource: Sync {
     /// The smallest and largest column and row of any tile; `None` for an empty map.
     fn tile_bounds(&self) -> Option<[TileId; 2]>;
 
-    /// What is known of a tile before it is loaded; `None` where the map is empty.
+    /// The bounds of a tile before it is loaded; `None` where the map is empty.
     fn tile_extent(&self, tile: TileId) -> Option<TileExtent>;
 
-    /// Loads a tile, copies of discs that reach over its borders included; `None` where the map is empty.
+    /// Loads a tile, including copies of discs that reach over its borders; `None` where the map is empty.
     ///
     /// # Errors
-    /// When its bytes are not those that were written.
+    /// When its bytes are damaged.
     fn load_tile(&self, tile: TileId) -> Result<Option<Tile>, MapError>;
 }
 

@@ -1,4 +1,4 @@
-//! What voxel sums become: the surfels of a tile, and the copies of those that reach over its borders.
+//! Computes surfels from voxel sums: those of a tile, and the copies that reach over its borders.
 
 use std::borrow::Borrow;
 use std::collections::BTreeMap;
@@ -13,19 +13,19 @@ use crate::surfel::Surfel;
 
 /// Points a voxel needs to become a surfel.
 const MIN_VOXEL_POINTS: u64 = 3;
-/// Points the surrounding 2 v cell needs to give a normal.
+/// Points that the surrounding 2 v cell needs for a normal.
 const MIN_CELL_POINTS: u64 = 5;
-/// Squared lattice units: a cloud that does not spread in a second direction beyond its own rounding
-/// (a line, or one point many times over) has no plane and no normal.
+/// Squared lattice units: a cloud whose second direction spreads no more than its rounding (a line, or one repeated
+/// point) has no plane and no normal.
 const MIN_SPREAD_UNITS2: f64 = 1.0;
 
-/// The surfels of one tile and the height their z counts from.
+/// The surfels of one tile and the origin of their z.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct TileSurfels {
     /// z of the voxels on whose lower faces z is 0.
     pub(crate) base_voxel_z: i32,
     pub(crate) codes: Vec<SurfelCode>,
-    /// Voxels that stayed below three points, had no normal, or no plane.
+    /// Voxels with fewer than three points, no normal, or no plane.
     pub(crate) thin_voxels: u64,
 }
 
@@ -37,7 +37,7 @@ impl TileSurfels {
     }
 }
 
-/// Surfels of a tile from its voxels [by their cells](crate::lattice::Voxel::by_cell).
+/// Computes the surfels of a tile from its voxels [by their cells](crate::lattice::Voxel::by_cell).
 ///
 /// # Errors
 /// The first error among the voxels.
@@ -56,7 +56,7 @@ pub(crate) fn surfels_of<E>(
     }
 }
 
-/// The middle one of numbers that were counted, 0 of none.
+/// The median of counted numbers, 0 without any.
 fn middle_of(counts: &BTreeMap<i32, u64>) -> i32 {
     let mut left = counts.values().sum::<u64>() / 2;
     let is_there = |&(_, &count): &(&i32, &u64)| {
@@ -67,10 +67,10 @@ fn middle_of(counts: &BTreeMap<i32, u64>) -> i32 {
     counts.iter().find(is_there).map_or(0, |(&number, _)| number)
 }
 
-/// Surfels of voxels of which those of a cell follow each other, in the order of the voxels.
+/// Computes the surfels of voxels, those of a cell consecutive, in the order of the voxels.
 ///
-/// Centre: mean of the voxel's points. Normal: smallest eigenvector of the covariance of the points in
-/// the 2 v cell around it. Cells never cross tiles, since a tile's edge is a multiple of 2 v. Both are rounded.
+/// Centre: mean of the voxel's points. Normal: smallest eigenvector of the covariance of the points in the surrounding
+/// 2 v cell. Cells never cross tiles, since a tile's edge is a multiple of 2 v. Both are rounded.
 pub(crate) fn surfels_of_cells<V: Borrow<VoxelRecord>>(
     lattice: &Lattice,
     voxels: impl IntoIterator<Item = V>,
@@ -111,7 +111,7 @@ fn cell_of(record: &VoxelRecord) -> u64 {
 
 fn normal_of<V: Borrow<VoxelRecord>>(cell: &[V], edge_units: u32) -> Option<[f64; 3]> {
     let cell = cell.iter().map(V::borrow);
-    // As most voxels of a map: too few points for one surfel.
+    // The common case: too few points for any surfel.
     if cell.clone().all(|record| record.moments.count < MIN_VOXEL_POINTS) {
         return None;
     }
@@ -128,18 +128,18 @@ fn normal_of<V: Borrow<VoxelRecord>>(cell: &[V], edge_units: u32) -> Option<[f64
     (eigenvalues[1] > MIN_SPREAD_UNITS2).then_some(normal)
 }
 
-/// A surfel on its way into the tile next door.
+/// A copy of a surfel for a neighbouring tile.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Border {
-    /// Seen from the tile it goes to.
+    /// Relative to the neighbouring tile.
     pub(crate) code: SurfelCode,
-    /// Its place among the surfels of the tile it comes from.
+    /// Its index among the surfels of its own tile.
     pub(crate) index: usize,
 }
 
 /// Copies of the discs that reach over a border of `tile`, with the tile each reaches into.
 pub(crate) fn borders_of(lattice: &Lattice, tile: TileId, content: &TileSurfels) -> Vec<(TileId, Border)> {
-    // A little more than the disc, so that rounding at the border hides nothing.
+    // A little more than the disc, so that rounding at the border loses nothing.
     const MARGIN_M: f32 = 1e-3;
     let edge_m = lattice.tile_edge_m() as f32;
     let edge_voxels = lattice.tile_voxels() as i32;

@@ -1,4 +1,4 @@
-//! A table of what belongs to which tile, for the few tiles that a scan touches.
+//! A table of values by tile, for the few tiles that a scan touches.
 
 use std::collections::HashMap;
 use std::hash::BuildHasherDefault;
@@ -7,15 +7,15 @@ use dmp_disk::TileId;
 
 use crate::mix_hasher::MixHasher;
 
-/// Tiles whose x and y are the same in their last bits share a place of the table.
+/// Tiles whose x and y are equal in their last bits share a slot.
 const PLACES_EDGE: i32 = 16;
 const PLACES: usize = (PLACES_EDGE * PLACES_EDGE) as usize;
 
-/// Something for each of the few tiles that a sensor sees at a time, found without hashing: the beams of a scan go
-/// from tile to tile and back with almost every return.
+/// A value for each of the few tiles that a sensor sees at a time, found without hashing: the beams of a scan switch
+/// between tiles with almost every return.
 ///
-/// Tiles less than 16 apart in x and y are found by a look into a table; where they are further apart, two may take
-/// turns in one place of it, which costs time and nothing else.
+/// Tiles less than 16 apart in x and y are found by one table access. Tiles farther apart may alternate in one slot,
+/// which only costs time.
 #[derive(Debug)]
 pub struct TileTable<T> {
     places: Box<[u32; PLACES]>,
@@ -30,7 +30,7 @@ impl<T> Default for TileTable<T> {
 }
 
 impl<T: Default> TileTable<T> {
-    /// What is held of `tile`.
+    /// The value of `tile`.
     #[inline]
     pub fn entry(&mut self, tile: TileId) -> &mut T {
         let place = (tile.y & (PLACES_EDGE - 1)) * PLACES_EDGE + (tile.x & (PLACES_EDGE - 1));
@@ -52,12 +52,12 @@ impl<T: Default> TileTable<T> {
         *index as usize
     }
 
-    /// Every tile with what is held of it, in no order.
+    /// Every tile with its value, in no order.
     pub fn all_mut(&mut self) -> impl Iterator<Item = (TileId, &mut T)> {
         self.found.iter_mut().map(|(tile, held)| (*tile, held))
     }
 
-    /// Forgets the tiles that `keep` does not want.
+    /// Removes the tiles that `keep` rejects.
     pub fn retain(&mut self, keep: impl Fn(&T) -> bool) {
         if self.found.iter().all(|(_, held)| keep(held)) {
             return;
@@ -67,7 +67,7 @@ impl<T: Default> TileTable<T> {
         self.by_tile.extend(self.found.iter().map(|found| found.0).zip(0..));
     }
 
-    /// Hands over everything; the table is empty afterwards.
+    /// Removes and returns everything.
     pub fn drain(&mut self) -> impl Iterator<Item = (TileId, T)> {
         self.by_tile.clear();
         self.found.drain(..)

@@ -1,4 +1,4 @@
-//! Points spread evenly over the triangles of a mesh.
+//! Samples points evenly on the triangles of a mesh.
 
 use crate::MapError;
 
@@ -6,21 +6,21 @@ use crate::MapError;
 /// unreasonable effectiveness of quasirandom sequences").
 const STEPS: [u64; 2] = [0xC13F_A9A9_02A6_328F, 0x91E1_0DA5_C79E_7B1D];
 
-/// No surface of a town has a triangle with a longer edge: a vertex is wrong, or the unit, metres.
+/// No surface of a town has a triangle with a longer edge: a vertex or the unit is wrong, metres.
 const LONGEST_EDGE_M: f64 = 3e3;
-/// What has more samples is sampled in parts, so that samples that follow each other lie near each other: a map that outgrows
-/// memory would put aside each of its tiles again and again otherwise.
+/// Larger triangles are sampled in parts, so that consecutive samples are near each other. Otherwise a map that exceeds
+/// its memory would spill each of its tiles again and again.
 const PART_SAMPLES: f64 = 65_536.0;
 
 type Triangle = [[f64; 3]; 3];
 
-/// Samples triangles evenly by area: one sample each `spacing_m`² of the area added up in the order of the
-/// triangles. So small triangles together get what a large one gets, and a mesh always gives the same.
+/// Samples triangles evenly by area: one sample per `spacing_m`² of the area, accumulated in the order of the
+/// triangles. So many small triangles get as many samples as a large one, and a mesh always gives the same samples.
 #[derive(Debug)]
 pub struct TriangleSampler {
     spacing_m: f64,
     max_samples: f64,
-    /// Area since the last sample, in samples. Half a sample's area goes ahead of the first.
+    /// Area since the last sample, in samples. Half a sample's area precedes the first.
     waiting: f64,
     next: u64,
     triangles: u64,
@@ -28,7 +28,7 @@ pub struct TriangleSampler {
 }
 
 impl TriangleSampler {
-    /// A sampler that gives no more than `max_samples` in all.
+    /// A sampler of at most `max_samples` in total.
     pub fn new(spacing_m: f64, max_samples: u64) -> Self {
         let max_samples = max_samples as f64;
         Self { spacing_m, max_samples, waiting: 0.5, next: 0, triangles: 0, area_m2: 0.0 }
@@ -39,11 +39,11 @@ impl TriangleSampler {
         self.area_m2
     }
 
-    /// Gives `each` the samples of the next triangle, whose corners are finite: places on it, metres.
+    /// Calls `each` with the samples of the next triangle, whose corners are finite: positions on it, metres.
     ///
     /// # Errors
-    /// When an edge is longer than that of any surface, or the area of all too large for the spacing, before the first
-    /// sample of this triangle; and the first error of `each`.
+    /// When an edge is longer than that of any surface, or the total area is too large for the spacing, before the
+    /// first sample of this triangle; and the first error of `each`.
     pub fn sample<E: From<MapError>>(
         &mut self,
         triangle: &Triangle,
@@ -64,7 +64,7 @@ impl TriangleSampler {
         self.sample_part(triangle, samples, &mut each)
     }
 
-    /// Samples a triangle whose area is that of so many, half by half where it is large.
+    /// Samples a triangle with the area of this many samples; large ones are halved recursively.
     fn sample_part<E>(
         &mut self,
         triangle: &Triangle,
@@ -83,7 +83,7 @@ impl TriangleSampler {
             self.waiting -= 1.0;
             let fraction = |step: u64| self.next.wrapping_mul(step) as f64 / 18_446_744_073_709_551_616.0;
             let [mut u, mut v] = STEPS.map(fraction);
-            // The other half of the parallelogram, turned into the triangle.
+            // The other half of the parallelogram, reflected into the triangle.
             if u + v > 1.0 {
                 (u, v) = (1.0 - u, 1.0 - v);
             }
@@ -95,7 +95,7 @@ impl TriangleSampler {
     }
 }
 
-/// The corner that it begins at, towards the next one, and its metres; those are NaN where any edge's are.
+/// The longest edge's first corner and its length in metres; NaN if any edge's is.
 fn longest_edge(triangle: &Triangle) -> (usize, f64) {
     let length_m = |k: usize| {
         let [x, y, z] = difference(triangle[(k + 1) % 3], triangle[k]);
@@ -147,7 +147,7 @@ mod tests {
 
     #[test]
     fn every_square_of_a_large_triangle_gets_its_share() {
-        // Also where the triangle is a hundred times as long as it is wide.
+        // Also with a triangle a hundred times as long as it is wide.
         for (length_m, width_m) in [(20.0, 20.0), (200.0, 2.0)] {
             let triangle = [[0.0, 0.0, 0.0], [length_m, 0.0, 0.0], [0.0, width_m, 0.0]];
             let samples = samples_of(0.04, &[triangle]);
@@ -176,7 +176,7 @@ mod tests {
                 most - chunk.iter().map(of).fold(f64::MAX, f64::min) > 100.0
             })
         };
-        // Those that go from one part to the next.
+        // Samples that continue in the next part.
         let wide = samples.chunks(4096).filter(is_wide).count();
         assert!(wide <= 720_000 / 32_768, "{wide}");
     }

@@ -1,4 +1,4 @@
-//! Locates points in voxels, many at a time.
+//! Locates points in voxels, several at a time.
 
 use crate::MapError;
 use crate::integers::SHIFT;
@@ -12,7 +12,7 @@ const EDGE_UNITS: u64 = 1 << 26;
 const INDEX_BITS: u32 = 20;
 const OFFSET_BITS: u32 = 16;
 
-/// A part of the world around a place, in which a voxel is one number and points are located several at a time.
+/// A part of the world around a position, in which a voxel is one number and points are located several at a time.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Window {
     lattice: Lattice,
@@ -20,13 +20,13 @@ pub(crate) struct Window {
     corner: [u32; 3],
     /// The bits of [`SHIFT`] and the units of the corner.
     corner_bits: [u64; 3],
-    /// It stands for a division: with as many bits behind the point as the units and a voxel's edge have together the
-    /// quotient is exact, as that of [`Lattice`].
+    /// Replaces a division: with as many extra bits as the units and a voxel's edge have together, the quotient is
+    /// exact, as that of [`Lattice`].
     factor: u32,
     factor_bits: u32,
 }
 
-/// Points in a window: of each its voxel's number, and its offset there.
+/// Points in a window: the voxel's number and the offset of each.
 #[derive(Debug)]
 pub(crate) struct Located {
     pub(crate) voxels: [u64; TOGETHER],
@@ -34,15 +34,15 @@ pub(crate) struct Located {
 }
 
 impl Window {
-    /// The window around a place.
+    /// The window around a position.
     ///
     /// # Errors
-    /// When the place is outside the world.
+    /// When the position is outside the world.
     pub(crate) fn around(lattice: Lattice, place_in_world_m: [f64; 3]) -> Result<Self, MapError> {
         let edge = u64::from(lattice.voxel_units());
         let half = (EDGE_UNITS / 2 / edge) as u32;
         lattice.in_voxel(place_in_world_m)?;
-        // All of it is in the world, so that whatever it holds is.
+        // The whole window is in the world, and so is everything in it.
         let limit_m = lattice.world_limit_m() - EDGE_UNITS as f64 / UNITS_PER_M;
         let middle = lattice.in_voxel(place_in_world_m.map(|c| c.clamp(-limit_m, limit_m)))?;
         let corner = middle.voxel.map(|voxel| voxel - half);
@@ -53,8 +53,8 @@ impl Window {
         Ok(Self { lattice, corner, corner_bits, factor, factor_bits })
     }
 
-    /// Locates points as [`Lattice::in_voxel`] does, where it can: all of them are in the window, and none lies
-    /// half-way between two lattice points.
+    /// Locates points like [`Lattice::in_voxel`], if possible: all must be in the window, and none half-way between two
+    /// lattice points.
     #[inline]
     pub(crate) fn locate(&self, points_in_world_m: &[[f64; 3]; TOGETHER], found: &mut Located) -> bool {
         let edge = u64::from(self.lattice.voxel_units());
@@ -72,7 +72,7 @@ impl Window {
                 let is_half = (x - (shifted - SHIFT)).abs() == 0.5;
                 let units = shifted.to_bits().wrapping_sub(self.corner_bits[k]);
                 unlike |= (units / EDGE_UNITS) | u64::from(is_half);
-                // 32 bits by 32 bits: that is there in all vector instructions.
+                // 32 bits by 32 bits: available in all vector instruction sets.
                 let units = units % EDGE_UNITS;
                 let index = (units * factor) >> factor_bits;
                 *voxel |= index << index_shift;
@@ -82,12 +82,12 @@ impl Window {
         unlike == 0
     }
 
-    /// The grid it is a part of.
+    /// The grid it belongs to.
     pub(crate) fn lattice(&self) -> &Lattice {
         &self.lattice
     }
 
-    /// The number of a voxel; `None` where the voxel is not, or not wholly, in the window.
+    /// The number of a voxel; `None` unless the voxel is wholly in the window.
     pub(crate) fn number(&self, voxel: [u32; 3]) -> Option<u64> {
         let indices = [0, 1, 2].map(|k| u64::from(voxel[k].wrapping_sub(self.corner[k])));
         let last = EDGE_UNITS / u64::from(self.lattice.voxel_units()) - 1;
@@ -95,7 +95,7 @@ impl Window {
         indices.iter().all(|&index| index <= last).then_some(x | y << INDEX_BITS | z << (2 * INDEX_BITS))
     }
 
-    /// The voxel that has a number.
+    /// The voxel of a number.
     #[inline]
     pub(crate) fn voxel(&self, number: u64) -> [u32; 3] {
         let index = |k: u32| (number >> (k * INDEX_BITS)) as u32 & ((1 << INDEX_BITS) - 1);
@@ -103,7 +103,7 @@ impl Window {
     }
 }
 
-/// An offset that [`Located`] has.
+/// The offset in [`Located`], unpacked.
 #[inline]
 pub(crate) fn unpacked(offset: u64) -> [u16; 3] {
     [0, 1, 2].map(|k| (offset >> (k * OFFSET_BITS)) as u16)

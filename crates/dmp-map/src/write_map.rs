@@ -1,4 +1,4 @@
-//! From voxel sums to a store, tile by tile.
+//! Writes a store from voxel sums, tile by tile.
 
 use std::collections::BTreeMap;
 use std::iter::Peekable;
@@ -13,29 +13,29 @@ use crate::store::{Durability, Origin, StoreSummary, StoreWriter};
 use crate::tile_span::TileSpan;
 use crate::tile_surfels::{Border, TileSurfels, borders_of};
 
-/// What is summed up of all tiles of a map.
+/// The sums of all tiles of a map.
 pub(crate) trait SummedTiles: Sync {
     fn lattice(&self) -> Lattice;
 
-    /// The tiles with anything in them, in order.
+    /// The non-empty tiles, in order.
     fn tiles(&self) -> Vec<TileId>;
 
-    /// Most bytes that the surfels of a tile take.
+    /// Upper bound of the bytes of a tile's surfels.
     fn most_bytes(&self, tile: TileId) -> usize;
 
-    /// Bytes that there are for surfels.
+    /// Bytes available for surfels.
     fn room_bytes(&self) -> usize;
 
-    /// The surfels of a tile. Asked once of each.
+    /// The surfels of a tile. Called once per tile.
     fn surfels(&self, tile: TileId) -> Result<TileSurfels, MapError>;
 }
 
-/// Turns sums into surfels and writes those of the tiles in `span` to a store. `sums` must have the tiles beside them too: their
-/// discs reach over borders. `on_tile` is told after each batch how many tiles are done, of how many.
+/// Computes surfels from sums and writes those of the tiles in `span` to a store. `sums` must also have the
+/// neighbouring tiles: their discs reach over borders. `on_tile` receives, after each batch, the number of finished
+/// tiles and their total.
 ///
 /// # Errors
-/// When sums cannot be read or the store cannot be written; then no store appears at `path`, and what was there before is
-/// untouched.
+/// When sums cannot be read or the store cannot be written; then `path` is unchanged.
 pub(crate) fn write_map(
     sums: &impl SummedTiles,
     span: TileSpan,
@@ -73,7 +73,7 @@ pub(crate) fn write_map(
     writer.finish(durability)
 }
 
-/// The next tiles whose surfels have room together, at least one.
+/// The next tiles whose surfels fit together, at least one.
 fn next_batch(sums: &impl SummedTiles, tiles: &mut Peekable<impl Iterator<Item = TileId>>) -> Vec<TileId> {
     let mut batch = Vec::new();
     let mut room = sums.room_bytes();
@@ -90,8 +90,8 @@ fn next_batch(sums: &impl SummedTiles, tiles: &mut Peekable<impl Iterator<Item =
     batch
 }
 
-/// Discs copied over borders wait here until all neighbours of their tile are done: tiles come row by
-/// row, so what waits never exceeds about two rows of borders.
+/// Discs copied over borders wait here until all neighbours of their tile are done. Tiles come row by row, so the queue
+/// never exceeds about two rows of borders.
 #[derive(Debug)]
 struct BorderQueue {
     waiting: BTreeMap<TileId, Vec<Border>>,

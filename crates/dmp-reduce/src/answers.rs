@@ -52,7 +52,7 @@ impl Reducer {
     }
 
     /// Compares every two runs so that all verdicts together keep the promise: where runs are equal, the chance that any
-    /// two of them are told apart is what the confidence leaves.
+    /// two of them get different ranks is what the confidence leaves.
     ///
     /// Each pair is looked at at some scales, which share its error. The pairs share it by as many as can be equal, given
     /// those that are found to differ: a pair that differs needs no share.

@@ -58,11 +58,6 @@ mod tests {
         assert_eq!(Basis::CrossValidated.of_pair(Basis::CrossValidated), Basis::CrossValidated);
         assert_eq!(Basis::CrossValidated.of_pair(Basis::Near), Basis::Near);
         assert_eq!(Basis::Near.of_pair(Basis::CrossValidated), Basis::Near);
-    }
-
-    #[test]
-    fn the_widest_scale_is_asked_first() {
         assert_eq!(Basis::CrossValidated.cascade_m(Scales::Drive), [10.0, 2.0, 0.5, 0.2]);
-        assert_eq!(Basis::Near.cascade_m(Scales::Room), [0.5, 0.2, 0.05]);
     }
 }

@@ -45,7 +45,7 @@ impl Comparison {
     }
 }
 
-/// A run that is to be better must predict more than one in so many of the returns that the other does.
+/// A better run must predict more than one in this many of the returns that the other predicts.
 const LEAST_COVERED: f64 = 2.0;
 
 /// Runs predict alike many returns when each predicts more than this share of what the other does.

@@ -1,4 +1,4 @@
-//! How many pairs of runs can be equal at once: by so many an error is shared.
+//! How many pairs of runs can be equal at once: the pairs that share the error.
 
 /// Runs from which on equality is not followed through: numbers alone are counted then, which is safe.
 const FOLLOWED: usize = 128;
@@ -6,12 +6,12 @@ const FOLLOWED: usize = 128;
 /// How many pairs of some runs may be equal, where others were found to differ.
 ///
 /// Equality carries over from pair to pair, so the equal pairs are those within groups of equal runs, and their number
-/// is Σ g (g − 1) / 2 for groups of g runs. For so many the error is to be shared when the next pair is looked at
+/// is Σ g (g − 1) / 2 for groups of g runs. That many share the error when the next pair is looked at
 /// (Shaffer 1986, who sharpens Holm 1979).
 #[derive(Debug, Clone)]
 pub(crate) struct EqualPairs {
     pairs: usize,
-    /// Whether so many can be equal; empty where any number is taken for possible.
+    /// Whether so many can be equal; empty where any number is assumed possible.
     possible: Vec<bool>,
 }
 

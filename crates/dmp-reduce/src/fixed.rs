@@ -49,29 +49,14 @@ pub(crate) fn rounded(units: f64) -> u64 {
 /// Sum of squared residuals as an integer of 2^-40 m²: exact, so that neither the order of adding nor
 /// the way a sum is split over threads changes a bit of it.
 ///
-/// A single square is off by at most 2^-41 m², less than one square micrometre. Beyond 2^20 m a
+/// The rounding error of a square is at most 2^-41 m², less than one square micrometre. Beyond 2^20 m a
 /// residual counts as 2^20 m.
-///
-/// ```
-/// use dmp_reduce::FixedSum;
-///
-/// let mut sum = FixedSum::of_square(0.5).unwrap_or_default();
-/// sum += FixedSum::of_square(-10_000.0).unwrap_or_default();
-/// assert_eq!(sum.to_m2(), 1e8 + 0.25);
-/// assert_eq!(FixedSum::of_square(f64::NAN), None);
-/// ```
 #[derive(
     Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize,
 )]
 pub struct FixedSum(i128);
 
 impl FixedSum {
-    /// The square of one residual in metres; `None` where it is NaN or infinite.
-    #[inline]
-    pub fn of_square(residual_m: f64) -> Option<Self> {
-        residual_m.is_finite().then(|| Self::from_units(square_units(residual_m) as i128))
-    }
-
     pub(crate) const fn from_units(units: i128) -> Self {
         Self(units)
     }
@@ -118,26 +103,11 @@ mod tests {
 
     #[test]
     fn the_longest_residual_fits_as_often_as_any_log_has_returns() {
-        let longest = FixedSum::of_square(f64::MAX).unwrap();
-        assert_eq!(longest, FixedSum::of_square(LONGEST_M).unwrap());
-        assert_eq!(longest.units(), 1 << 80);
-        assert!(longest.units().checked_mul(1 << 46).is_some());
-        assert_eq!(FixedSum::of_square(f64::INFINITY), None);
-    }
-
-    #[test]
-    fn squares_are_rounded_to_the_nearest_unit() {
-        let unit_m = (2f64).powi(-20);
-        assert_eq!([0.7, 0.8, 1.0, 1.2, 1.3].map(|f| square_units(f * unit_m)), [0, 1, 1, 1, 2]);
+        assert_eq!([f64::MAX, LONGEST_M].map(square_units), [1 << 80; 2]);
+        assert!((1_i128 << 80).checked_mul(1 << 46).is_some());
     }
 
     proptest! {
-        #[test]
-        fn a_square_is_near_the_real_one(residual_m in -1e4..1e4f64) {
-            let square = FixedSum::of_square(residual_m).unwrap().to_m2();
-            let error = (square - residual_m * residual_m).abs();
-            prop_assert!(error <= (2f64).powi(-41) + 1e-15 * square, "{error}");
-        }
 
         #[test]
         fn squares_are_rounded_as_by_the_library(residual_m in -1e6..1e6f64, short_m in -70.0..70.0f64, half in 0..2000u32) {

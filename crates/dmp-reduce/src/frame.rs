@@ -23,7 +23,7 @@ pub struct FrameSums {
     /// For every run its groups of surface.
     runs: Vec<NarrowSums>,
     pairs: NarrowPairs,
-    /// Of the return at hand, for every run; none where there are no pairs.
+    /// Of the current return, for every run; none where there are no pairs.
     squares: Vec<Squares>,
 }
 
@@ -54,7 +54,7 @@ impl FrameSums {
         }
     }
 
-    /// What sums of so many runs take in memory, bytes.
+    /// Memory of the sums of `runs` runs, bytes.
     pub fn bytes_of(runs: usize) -> usize {
         GROUPS * runs * size_of::<NarrowSums>() + NarrowPairs::bytes_of(runs)
     }
@@ -74,7 +74,7 @@ impl FrameSums {
         self.add_return_to(residuals, |_, _| {});
     }
 
-    /// The same, and tells each run's squares, which belong into other sums, too.
+    /// The same, and returns each run's squares, which belong into other sums, too.
     ///
     /// # Panics
     /// Where there are not as many residuals as runs.
@@ -188,33 +188,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_common_returns_are_compared() {
-        let mut frame = FrameSums::new(&[Basis::CrossValidated, Basis::CrossValidated, Basis::Near]);
-        let near = |m| Residuals { first_m: Some(m), nearest_m: Some(m), ..Residuals::MISS };
-        frame.add_return(&[Residuals::all(1.0), Residuals::all(3.0), near(1.0)]);
-        frame.add_return(&[Residuals::all(1.0), Residuals::MISS, near(2.0)]);
-        frame.add_return(&[Residuals::all(1.0), near(0.1), Residuals::MISS]);
-        let pairs: Vec<_> = frame.pair_sums().collect();
-        assert_eq!(
-            pairs.iter().map(PairSums::basis).collect::<Vec<_>>()[..],
-            [Basis::CrossValidated, Basis::Near, Basis::Near]
-        );
-        assert_eq!(pairs.iter().map(PairSums::returns).collect::<Vec<_>>(), [1, 2, 1]);
-        let m2 = |k: usize, scale| (pairs[k].at(scale).0.to_m2(), pairs[k].at(scale).1.to_m2());
-        assert_eq!((m2(0, 0), m2(0, 2), m2(0, 3)), ((1.0, 9.0), (1.0, 4.0), (0.25, 0.25)));
-        assert_eq!((m2(1, 0), m2(1, 1), m2(2, 0)), ((2.0, 5.0), (2.0, 5.0), (9.0, 1.0)));
-    }
-
-    #[test]
     #[should_panic(expected = "one set of residuals for each run")]
     fn fewer_residuals_than_runs_are_a_fault() {
         FrameSums::new(&[Basis::Near; 2]).add_return(&[Residuals::MISS]);
-    }
-
-    #[test]
-    #[should_panic(expected = "one set of residuals for each run")]
-    fn more_residuals_than_runs_are_a_fault() {
-        FrameSums::new(&[Basis::Near; 2]).add_return(&[Residuals::MISS; 3]);
     }
 
     #[test]

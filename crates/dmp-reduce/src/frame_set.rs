@@ -24,7 +24,7 @@ impl From<Vec<u64>> for FrameSet {
 }
 
 impl FrameSet {
-    /// Adds a frame; tells whether it was not there.
+    /// Adds a frame; true where it was not there.
     pub fn insert(&mut self, ordinal: usize) -> bool {
         if self.0.len() <= ordinal / 64 {
             self.0.resize(ordinal / 64 + 1, 0);

@@ -33,7 +33,7 @@ fn guards(basis: Basis) -> [Guard; 2] {
 pub struct GuardCheck {
     /// The truncation τ, metres.
     pub scale_m: f64,
-    /// Mean over the batches of what speaks for the run that is better overall.
+    /// Mean over the batches of the support for the run that is better overall.
     pub support: f64,
     /// Mean over the batches of what speaks against it.
     pub opposition: f64,
@@ -73,7 +73,7 @@ impl Guard {
         for (part, place) in (0..parts).zip(places) {
             let Some(mean_m2) = place.mean_m2() else { continue };
             batches += 1.0;
-            // At a level of 0 both runs are without fault, and nothing speaks for either.
+            // At a level of 0 both runs are without fault, and neither has support.
             let relative = if level > 0.0 { mean_m2 / level } else { 0.0 };
             let for_it = if a_better { -relative } else { relative };
             support += for_it.max(0.0);
@@ -83,7 +83,7 @@ impl Guard {
             }
         }
         let (support, opposition) = (support / batches, opposition / batches);
-        // Where the mean is above the tolerated, so is at least one batch, but for a last bit.
+        // Where the mean is above the tolerated, so is at least one batch, up to rounding.
         let above = opposition > self.tolerated && opposition > self.of_support * support;
         let tripped = above && !against.is_empty();
         GuardCheck { scale_m: scale.scale_m, support, opposition, tripped, against }

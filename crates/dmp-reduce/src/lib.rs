@@ -13,7 +13,7 @@
 //! - An [`Interval`] comes from two kinds of units: stretches of the log, as neighbouring frames are alike, and pieces of
 //!   surface ([`SurfaceGroup`]), as all frames that see one share its errors.
 //! - The verdicts on all pairs at all scales share one error ([`Promise`]): where runs are equal, the chance that any
-//!   two are told apart is 1 % if nothing else is asked for.
+//!   two are declared different is 1 % if nothing else is asked for.
 //! - What several logs say together is a count of signs: [`sign_test`], [`Median`] of differences, [`Holm`] for several pairs.
 //! - The values depend on the place and on the settings. They compare runs of one log under one setting,
 //!   nothing else, and [`log_likelihood_raw`] is never a probability.

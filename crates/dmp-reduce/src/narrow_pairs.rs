@@ -30,7 +30,7 @@ pub(crate) struct NarrowPairs {
     /// What became too much for these, and how many returns they hold.
     wide: Vec<Wide>,
     count: u64,
-    /// Of the return at hand, for every run by each basis.
+    /// Of the current return, for every run by each basis.
     judged: Vec<[Judged; 2]>,
 }
 
@@ -95,7 +95,7 @@ impl NarrowPairs {
         }
     }
 
-    /// What those of so many runs take in memory, bytes.
+    /// Memory of those of `runs` runs, bytes.
     pub(crate) fn bytes_of(runs: usize) -> usize {
         let group = size_of::<u32>() + size_of::<[i64; CV]>();
         let pair = size_of::<[[u64; CV]; 2]>() + size_of::<Wide>() + GROUPS * group;

@@ -44,7 +44,7 @@ pub fn order_runs(scores_m2: &[Option<f64>], decided: &[(usize, usize)]) -> Vec<
         .collect()
 }
 
-/// Who stands above whom, by whatever chain of decided pairs.
+/// Which run is above which, over any chain of decided pairs.
 fn above(runs: usize, decided: &[(usize, usize)]) -> Vec<Vec<bool>> {
     let mut beats = vec![vec![false; runs]; runs];
     for &(better, worse) in decided {

@@ -18,7 +18,7 @@ use crate::units::Total;
 const FRAME_RETURNS: u64 = 1 << 32;
 const ALL_RETURNS: u64 = 1 << 44;
 
-/// What a [`Reducer`] is told beforehand: how many frames there are, and the runs.
+/// The layout of a [`Reducer`]: how many frames there are, and the runs.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Layout {
     pub(crate) frames: Frames,
@@ -67,12 +67,12 @@ impl Layout {
     }
 }
 
-/// Takes the frames of a log, in any order and split over any number of reducers, and answers for the
+/// Takes the frames of a log, in any order and split over any number of reducers, and scores the
 /// whole. Its size depends on the number of runs alone, and its sums are integers: whichever way the
 /// frames came in, the answers have the same bits.
 ///
 /// Every frame is to be added once, a frame without returns too; one that comes twice is refused, also where two reducers
-/// have it. Where not all were added, they are taken for a sample that is spread evenly over the log.
+/// have it. Where not all were added, they are assumed to be a sample that is spread evenly over the log.
 ///
 /// It holds a bit for each frame, and of R runs 64 integer totals for each of their scores and for each truncation of their R (R − 1) / 2 pairs,
 /// see [`Self::bytes_of`]; a frame takes time in proportion to as many.
@@ -119,7 +119,7 @@ pub(crate) struct RunTotals {
 }
 
 impl Reducer {
-    /// What a reducer of so many runs takes in memory, bytes.
+    /// Memory of a reducer of `runs` runs, bytes.
     pub fn bytes_of(runs: usize) -> usize {
         let scores = runs * (CV - WIDEST + NEAR) + pairs_of(runs).count() * CV;
         scores * 2 * GROUPS * size_of::<Total>()
@@ -200,7 +200,7 @@ impl Reducer {
         Ok(())
     }
 
-    /// Adds so many frames without returns, in places that no frame has: which these are changes no sum.
+    /// Adds `count` frames without returns, in places that no frame has: which these are changes no sum.
     ///
     /// # Errors
     /// When the layout has no room for as many. Those that there is room for are added then.
@@ -249,7 +249,7 @@ impl Reducer {
         self.runs.first().map_or(0, |run| run.sums.returns())
     }
 
-    /// What it was told beforehand.
+    /// Its layout.
     pub fn layout(&self) -> &Layout {
         &self.layout
     }

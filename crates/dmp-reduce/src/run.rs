@@ -157,12 +157,7 @@ impl RunSums {
         self.non_finite
     }
 
-    /// DMP (Zhang & Chen 2021, eq. 13): Σ (z − z1)² over the returns with z1. 0 over nothing.
-    pub fn dmp_sum(&self) -> FixedSum {
-        self.dmp
-    }
-
-    /// [`Self::dmp_sum`] in square metres.
+    /// DMP (Zhang & Chen 2021, eq. 13): Σ (z − z1)² over the returns with z1, square metres. 0 over nothing.
     pub fn dmp_sum_m2(&self) -> f64 {
         self.dmp.to_m2()
     }
@@ -287,19 +282,6 @@ mod tests {
         assert_eq!((sums.miss_rate(), sums.blocked_rate(), sums.coverage()), (None, None, None));
         assert!(sums.r_near_m2().iter().chain(&sums.r_cv_m2(price)).all(|(_, score)| score.is_none()));
         assert_eq!(sums.r_cv_withheld(Basis::CrossValidated), Some(Withheld::NoReturns));
-    }
-
-    #[test]
-    fn a_miss_costs_less_than_a_wrong_hit_at_its_worst() {
-        let mut sums = RunSums::default();
-        sums.add(&independent(3.0));
-        sums.add(&independent(-40.0));
-        sums.add(&Residuals::MISS);
-        sums.add(&Residuals::MISS);
-        let [quarter, default] = [MissPrice::new(0.25).unwrap(), MissPrice::default()];
-        assert_eq!(sums.r_cv_widest_m2(quarter), Some((9.0 + 100.0 + 50.0) / 4.0));
-        assert_eq!(sums.r_cv_widest_m2(default), Some((9.0 + 100.0 + 30.0) / 4.0));
-        assert_eq!(sums.r_cv_m2(default)[1], (2.0, Some(4.0)));
     }
 
     #[test]

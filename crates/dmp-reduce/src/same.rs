@@ -31,7 +31,7 @@ impl Default for Margin {
 /// What the verdicts on a set of runs are to promise, all of them together.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Promise {
-    /// How sure it is to be that no two equal runs are told apart: over all scales of all pairs.
+    /// How sure it is to be that no two equal runs are declared different: over all scales of all pairs.
     pub confidence: Confidence,
     /// What makes no difference.
     pub margin: Margin,

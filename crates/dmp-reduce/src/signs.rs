@@ -60,7 +60,7 @@ fn at_most(k: u64, n: u64) -> f64 {
 pub struct Median {
     /// The median of the values.
     pub value: f64,
-    /// Two of the values, between which the true median lies as surely as was asked; `None` where the values are too few for
+    /// Two of the values, between which the true median lies at the requested confidence; `None` where the values are too few for
     /// that.
     pub interval: Option<[f64; 2]>,
 }

@@ -214,20 +214,6 @@ mod tests {
     }
 
     #[test]
-    fn a_residual_that_is_no_number_is_a_counted_miss() {
-        let residuals = Residuals {
-            first_m: Some(f64::INFINITY),
-            nearest_m: Some(0.1),
-            independent_m: Some(f64::NAN),
-            ..Residuals::MISS
-        };
-        let squares = Squares::of(&residuals, Scales::Drive);
-        assert_eq!((squares.on(Basis::Near), squares.on(Basis::CrossValidated)), (None, None));
-        let expected = [1, 0, 0, 0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0];
-        assert_eq!((squares.lanes, squares.far_first), (expected, 0));
-    }
-
-    #[test]
     fn blocked_means_short_by_more_than_half_a_metre() {
         let scales = Scales::Drive;
         let blocked = |first_m| {
@@ -242,22 +228,5 @@ mod tests {
             assert_eq!(residuals.hit_kind(scales) == HitKind::Beyond, first_m < -0.5);
         }
         assert_eq!(Residuals::MISS.hit_kind(scales), HitKind::Miss);
-    }
-
-    #[test]
-    fn without_a_crossing_near_the_range_the_square_is_full() {
-        let squares = Squares::of(&Residuals { first_m: Some(20.0), ..Residuals::MISS }, Scales::Drive);
-        assert_eq!(squares.on(Basis::Near), Some([25 << 40, 4 << 40, 1 << 38, 0, 0]));
-    }
-
-    #[test]
-    fn a_square_is_near_or_far() {
-        for first_m in [0.1, 31.9, 32.0, 33.0, 1e4, 1e9] {
-            let squares =
-                Squares::of(&Residuals { first_m: Some(first_m), ..Residuals::MISS }, Scales::Drive);
-            let near = squares.lanes[lane::FIRST];
-            assert!(near < 1 << TRUNCATED_BITS && (near == 0) == (first_m >= 32.0));
-            assert_eq!(u128::from(near) + squares.far_first, square_units(first_m));
-        }
     }
 }

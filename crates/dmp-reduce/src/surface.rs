@@ -2,7 +2,7 @@
 
 use crate::scales::Scales;
 
-/// Groups of surface that errors are told apart by.
+/// Groups of surface by which errors are separated.
 pub(crate) const GROUPS: usize = 64;
 
 /// The piece of surface that a prediction lies on, as one of 64 groups into which all pieces are sorted by a hash.

@@ -67,16 +67,16 @@ pub enum UndecidedReason {
         /// Frames with common returns.
         frames: u64,
     },
-    /// All common returns lie in one stretch of frames, whose scatter nobody knows.
+    /// All common returns lie in one stretch of frames, whose scatter is unknown.
     #[error("all common returns lie in one short stretch of the log")]
     OneStretch,
-    /// All common returns lie on few pieces of surface, whose scatter nobody knows.
+    /// All common returns lie on few pieces of surface, whose scatter is unknown.
     #[error("all common returns lie on {groups} pieces of surface, {GROUPS_NEEDED} are needed")]
     FewSurfaces {
         /// How many.
         groups: u64,
     },
-    /// The run that the common returns speak for predicts less than half of what the other does. A map in pieces that
+    /// The run that is better on the common returns predicts less than half of what the other does. A map in pieces that
     /// do not meet agrees with itself wherever they are, and has little in common with any other.
     #[error(
         "the run that the common returns speak for predicts {} returns, the other {}: a map in pieces agrees with itself",
@@ -129,7 +129,7 @@ impl Verdict {
     }
 }
 
-/// A length that is at most so long, with two digits that count; what is shorter than a micrometre is told as one.
+/// A length that is at most so long, with two digits that count; what is shorter than a micrometre is printed as one.
 fn short(length_m: f64) -> String {
     let length_m = if length_m > 0.0 { length_m.max(1e-6) } else { 0.0 };
     let digits = if length_m > 0.0 { (1.0 - libm::log10(length_m).floor()).clamp(0.0, 6.0) } else { 0.0 };
@@ -151,8 +151,8 @@ mod tests {
     use super::short;
 
     #[test]
-    fn lengths_have_two_digits_and_are_never_told_as_nothing() {
-        let told = [12.345, 0.2149, 0.012_345, 3e-10, 0.0].map(short);
-        assert_eq!(told, ["12", "0.21", "0.012", "0.000001", "0"]);
+    fn lengths_have_two_digits_and_are_never_zero() {
+        let printed = [12.345, 0.2149, 0.012_345, 3e-10, 0.0].map(short);
+        assert_eq!(printed, ["12", "0.21", "0.012", "0.000001", "0"]);
     }
 }

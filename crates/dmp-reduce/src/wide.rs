@@ -18,7 +18,7 @@ impl Wide {
         if (a < 0) == (b < 0) { magnitude } else { -magnitude }
     }
 
-    /// The nearest `f64`, but for a last bit.
+    /// The nearest `f64`, up to the last bit.
     pub(crate) fn to_f64(self) -> f64 {
         const TWO_128: f64 = 2.0 * (1u128 << 127) as f64;
         if self.high < 0 {

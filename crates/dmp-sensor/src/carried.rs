@@ -7,7 +7,7 @@ use crate::trajectory::Trajectory;
 
 impl Trajectory {
     /// These poses with those of an `odometry` of the same body between them, whose own world may be any: from each pose on as the
-    /// odometry goes, and what it is off by at the next is spread evenly over the time between. Outside the odometry's time
+    /// odometry goes, and its error at the next is spread evenly over the time between. Outside the odometry's time
     /// there is nothing between two poses. `None` where either has no stamps, or the odometry has no pose between any two.
     ///
     /// ```
@@ -48,7 +48,7 @@ impl Trajectory {
     }
 }
 
-/// Part of a motion: of its turn, and of its way.
+/// Part of a motion: of its turn, and of its shift.
 fn part(motion: &Isometry3<f64>, share: f64) -> Isometry3<f64> {
     pose_between(&Isometry3::identity(), motion, share)
 }

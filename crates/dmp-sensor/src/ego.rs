@@ -3,7 +3,7 @@
 /// Edge of the cells in which the vehicle is looked for, metres.
 const CELL_M: f64 = 0.1;
 /// The vehicle ends within this distance of the sensor, metres. Further away, a floor or a wall that keeps
-/// its distance must not be taken for it.
+/// its distance must not be mistaken for it.
 const REACH_M: f64 = 5.0;
 /// A cell that is hit in more than this share of the scans looked at belongs to the vehicle.
 const SHARE: f64 = 0.8;
@@ -91,7 +91,7 @@ impl From<CellSet> for Vec<Cell> {
 }
 
 impl From<Vec<Cell>> for CellSet {
-    /// Cells that are further away than any of a vehicle are left out: they would make a large box.
+    /// Cells that are further away than any of a vehicle are excluded: they would make a large box.
     fn from(mut cells: Vec<Cell>) -> Self {
         cells.retain(|cell| cell.iter().all(|c| (-REACH_CELLS..=REACH_CELLS).contains(c)));
         Self::of(&cells)
@@ -117,7 +117,7 @@ impl CellSet {
         set
     }
 
-    /// Which bit stands for a cell; `None` outside the box.
+    /// The bit of a cell; `None` outside the box.
     #[inline]
     fn place(&self, cell: Cell) -> Option<usize> {
         let [x, y, z] = std::array::from_fn(|k| cell[k].wrapping_sub(self.lowest[k]) as u32);

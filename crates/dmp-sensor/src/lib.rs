@@ -3,7 +3,7 @@
 //! # Brief overview
 //! A [`Scan`] is one sweep of the sensor: points in the *sensor* frame, perhaps with a time for each.
 //! A [`Trajectory`] says where the *body* was in the *world* at certain instants; a [`Track`] puts the
-//! extrinsic `body_from_sensor` behind it and answers for any instant in between, never outside.
+//! extrinsic `body_from_sensor` behind it and interpolates any instant in between, never outside.
 //! Together they turn returns into [`Ray`]s: the range–bearing model, in which a return is a measured
 //! range along a bearing, from the sensor's place at the return's own time. A [`PinholeCamera`] makes such points
 //! of depth images, and says what a depth is to a range. A [`ReturnFilter`] says which

@@ -115,7 +115,7 @@ impl ReturnCounts {
 /// Ranges outside these, metres, are of no LiDAR: what is read was never a coordinate in metres.
 const PLAUSIBLE_M: std::ops::RangeInclusive<f64> = 1e-3..=1e5;
 
-/// Whether the range of a point is so small or large that its bytes are hardly what they were taken for, such as
+/// Whether the range of a point is so small or large that its bytes were probably misread, such as
 /// numbers read in the wrong order of bytes. Points that are not finite or exactly (0, 0, 0) are not: sensors
 /// send those where nothing came back.
 pub fn is_implausible(point_in_sensor_m: [f32; 3]) -> bool {

@@ -12,7 +12,7 @@ pub struct Trajectory {
     world_from_body: Vec<Isometry3<f64>>,
 }
 
-/// What had to be put right in a stamped trajectory before it could be used.
+/// What had to be fixed in a stamped trajectory before it could be used.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TrajectoryRepairs {
     /// The trajectory in order of time, one pose an instant.
@@ -99,7 +99,7 @@ impl Trajectory {
         Self { stamps_ns: self.stamps_ns.clone(), world_from_body }
     }
 
-    /// The same poses so many nanoseconds later; `None` where that is beyond all times.
+    /// The same poses `shift_ns` later; `None` where that is beyond all times.
     #[must_use]
     pub fn later_by(mut self, shift_ns: i64) -> Option<Self> {
         for stamp_ns in self.stamps_ns.iter_mut().flatten() {
@@ -207,7 +207,7 @@ impl Span {
 }
 
 /// frame⁻¹ · pose. Sums are taken in pairs that half a turn of both about an axis maps onto each other: it swaps the
-/// components of quaternions two by two, so that all of them are the same but for their signs, which cancel.
+/// components of quaternions two by two, which differ only in their signs, which cancel.
 fn seen_from(frame: &Isometry3<f64>, pose: &Isometry3<f64>) -> Isometry3<f64> {
     let (f, p) = (frame.rotation.quaternion(), pose.rotation.quaternion());
     let from_frame = pose.translation.vector - frame.translation.vector;

@@ -25,7 +25,7 @@ impl Trajectory {
         if mean_m < MIN_STEP_M {
             return None;
         }
-        // A hair less than the mean: steps of one length are their own mean but for rounding.
+        // A hair less than the mean: equal steps differ from their mean by rounding.
         let long = steps.iter().filter(|step| step.norm() >= 0.999 * mean_m).map(Vector3::normalize);
         let mut of_axes: [Vec<f64>; 3] = Default::default();
         for direction in long {

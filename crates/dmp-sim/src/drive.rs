@@ -15,7 +15,7 @@ use crate::town::{Town, TownOptions};
 
 /// Speed is the mean over this many stations to either side, twice.
 const SMOOTHING: usize = 8;
-/// Stairs are taken more slowly, by this much per unit of slope, and with so much of the slope as pitch: a
+/// Slow-down on stairs per unit of slope, and share of the slope that becomes pitch: a
 /// walker leans, but does not lie on the stairs as a car on a hill.
 const EFFORT: f64 = 1.2;
 const LEAN: f64 = 0.15;
@@ -85,7 +85,7 @@ impl Plan {
         Self { path, profile, speeds, times_s }
     }
 
-    /// Way on the line of the path at `time_s` after the start, metres.
+    /// Distance along the path at `time_s` after the start, metres.
     fn path_m(&self, time_s: f64) -> f64 {
         let after = self.times_s.partition_point(|&t| t <= time_s).clamp(1, self.times_s.len() - 1);
         let (t0, t1) = (self.times_s[after - 1], self.times_s[after]);
@@ -95,7 +95,7 @@ impl Plan {
     }
 }
 
-/// A vehicle's way through a town, or a walker's over a campus: where the body is, and how it lies, at every
+/// A vehicle's drive through a town, or a walk over a campus: where the body is, and how it lies, at every
 /// instant.
 #[derive(Debug, Clone)]
 pub struct Drive<'a> {
@@ -178,7 +178,7 @@ fn around(k: usize, reach: usize, count: usize) -> Range<usize> {
     k.saturating_sub(reach)..(k + reach + 1).min(count)
 }
 
-/// Speeds at the stations: as fast as asked and as curves and stairs allow, without haste.
+/// Speeds at the stations: the requested one, as far as curves, stairs and gentle acceleration allow.
 fn speeds(path: &Path, profile: Option<&Profile>, speed_m_s: f64, waver: &Sway) -> Vec<f64> {
     let limit = |(k, curvature): (usize, f64)| {
         let wanted = speed_m_s * (1.0 + waver.at(k as f64 * STEP_M / 60.0));

@@ -5,7 +5,7 @@ use dmp_sensor::{PoseGraphError, TrajectoryError};
 use crate::route::Route;
 use dmp_lengths::LoopLengths;
 
-/// Why a simulation cannot be made as asked.
+/// Why a simulation cannot be made.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SimError {
@@ -43,7 +43,7 @@ pub enum SimError {
         /// The route asked for.
         route: Route,
     },
-    /// An error that grows along the way needs a way.
+    /// An error that grows with the distance travelled needs motion.
     #[error("the run does not move, so {what} has no meaning for it")]
     NoTravel {
         /// The error asked for.
@@ -64,7 +64,7 @@ pub enum SimError {
     /// True loops need places that the drive comes back to.
     #[error(
         "{asked} true and near loops need as many keyframes within {} m of a place that was passed more than {} m of travel \
-         before, and the way has {found}", lengths.same_place_m, lengths.between_m
+         before, and the path has {found}", lengths.same_place_m, lengths.between_m
     )]
     TooFewRevisits {
         /// The loops asked for.

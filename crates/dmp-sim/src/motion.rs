@@ -4,7 +4,7 @@ use crate::error::{SimError, require};
 
 /// When a drive starts if nothing else is asked for, nanoseconds.
 pub(crate) const START_NS: i64 = 1_700_000_000_000_000_000;
-/// A drive goes on for this long before the first and after the last instant asked for, seconds.
+/// A drive extends this far before the first and after the last requested instant, seconds.
 pub(crate) const MARGIN_S: f64 = 2.0;
 /// Height of a car's sensor above the ground, metres.
 pub(crate) const HEIGHT_M: f64 = 1.9;

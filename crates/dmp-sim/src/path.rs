@@ -103,7 +103,7 @@ impl Path {
         &self.stations
     }
 
-    /// The point after `travel_m`, by cubic interpolation; the ends answer for what lies beyond them.
+    /// The point after `travel_m`, by cubic interpolation; clamped to the ends.
     pub(crate) fn at(&self, travel_m: f64) -> Station {
         let last = self.stations.len() - 2;
         let k = (travel_m / STEP_M).clamp(0.0, last as f64) as usize;

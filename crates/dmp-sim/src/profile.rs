@@ -37,7 +37,7 @@ impl Profile {
         self.slopes[k]
     }
 
-    /// Height, metres, and rise per metre after `path_m` of the line; the ends answer for what lies beyond.
+    /// Height, metres, and rise per metre after `path_m` of the line; clamped to the ends.
     pub(crate) fn at(&self, path_m: f64) -> (f64, f64) {
         let last = self.heights_m.len() - 2;
         let k = (path_m / STEP_M).clamp(0.0, last as f64) as usize;

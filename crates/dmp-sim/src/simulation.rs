@@ -20,7 +20,7 @@ const AWAY_M: f64 = 30.0;
 /// Height of a sensor that is carried, metres; on a car it is that of [`DriveOptions::default`].
 const CARRIED_M: f64 = 1.2;
 
-/// A whole recording: a sensor on a drive of so many scans through a town that is large enough for it.
+/// A whole recording: a sensor on a drive through a town that is large enough for it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RecordingOptions {
     /// Seed of the town, the drive and the noise.
@@ -85,7 +85,7 @@ pub struct Recording<'a> {
 }
 
 impl<'a> Recording<'a> {
-    /// Puts the sensor on its way through `town`.
+    /// Plans a drive of the sensor through `town`.
     ///
     /// # Errors
     /// When a number is outside its range.
@@ -125,7 +125,7 @@ impl<'a> Recording<'a> {
         Trajectory::unstamped((0..self.scans).map(|n| self.drive.world_from_body_at(stamp_ns(n))).collect())
     }
 
-    /// Length of the way from the first to the last scan, metres, and the share of the scans that were made
+    /// Path length from the first to the last scan, metres, and the share of the scans that were made
     /// within 5 m of a place passed more than 30 m of travel before.
     pub fn travel_and_revisits(&self) -> (f64, f64) {
         let start_ns = self.drive.options().start_ns;

@@ -16,7 +16,7 @@ impl Sway {
         Self([0.6, 0.4].map(|share| [amplitude * share, random.between(0.4, 1.1), random.between(0.0, TAU)]))
     }
 
-    /// Mostly in step with a gait of so many Hz.
+    /// Mostly in step with a gait, Hz.
     fn in_step(amplitude: f64, gait_hz: f64, random: &mut Random) -> Self {
         let slow_hz = random.between(0.3, 0.7);
         let wave = |share, hz, random: &mut Random| [amplitude * share, hz, random.between(0.0, TAU)];
@@ -25,7 +25,7 @@ impl Sway {
 
     const STILL: Self = Self([[0.0; 3]; 2]);
 
-    /// Its value at `at`: seconds, or units of the way.
+    /// Its value at `at`: seconds, or units of path length.
     pub(crate) fn at(&self, at: f64) -> f64 {
         self.0
             .iter()
@@ -41,13 +41,13 @@ pub(crate) struct Sways {
     pub(crate) roll: Sway,
     pub(crate) yaw: Sway,
     pub(crate) heave: Sway,
-    /// To either side of the line, over units of the way of `beside_unit_m`.
+    /// To either side of the line, over units of path length of `beside_unit_m`.
     pub(crate) beside: Sway,
     pub(crate) beside_unit_m: f64,
 }
 
 impl Sways {
-    /// Gentle, and waves of 40 to 100 m to either side: nobody keeps the middle of a lane.
+    /// Gentle, and waves of 40 to 100 m to either side: no driver keeps the middle of a lane.
     pub(crate) fn of_car(seed: u64) -> Self {
         let mut random = Random::new(seed, &[b'd'.into(), b's'.into()]);
         let [pitch, roll, heave, beside] = [0.005, 0.006, 0.012, 0.25].map(|a| Sway::new(a, &mut random));

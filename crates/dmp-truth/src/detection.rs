@@ -1,8 +1,6 @@
 //! How well a ranked list finds what is true: precision, recall, average precision.
 //!
-//! A list of items in the order in which somebody would accept them, the lowest score first, and for each
-//! whether it is true. [`rank::precision_recall`] does the counting; here a list
-//! from which nothing can be learnt is an error.
+//! Items are accepted in the order of their scores, the lowest first; for each is known whether it is true.
 //!
 //! ```
 //! use dmp_truth::detection::{PrecisionRecall, Ranked};
@@ -13,8 +11,6 @@
 //! assert_eq!(found.recall_without_false(), 0.5);
 //! # Ok::<(), dmp_truth::detection::DetectionError>(())
 //! ```
-
-use crate::rank;
 
 /// An item of a ranked list.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -82,20 +78,24 @@ impl PrecisionRecall {
         if let Some((index, score)) = of_items.find(|(_, score)| !score.is_finite()) {
             return Err(DetectionError::NotFinite { index, score });
         }
-        let right: Vec<bool> = items.iter().map(|item| item.is_true).collect();
-        // There, higher is better.
-        let scores: Vec<Option<f64>> = items.iter().map(|item| item.score.map(|score| -score)).collect();
-        let Some(average_precision) = rank::average_precision(&scores, &right) else {
+        let all = items.iter().filter(|item| item.is_true).count();
+        if all == 0 {
             return Err(DetectionError::NothingTrue { items: items.len() });
-        };
-        let point = |point: rank::PrecisionRecall| PrecisionRecallPoint {
-            score: -point.score,
-            recall: point.recall,
-            precision: point.precision,
-            accepted: point.taken,
-            found: point.found,
-        };
-        let points = rank::precision_recall(&scores, &right).into_iter().map(point).collect();
+        }
+        let mut ranked: Vec<(f64, bool)> =
+            items.iter().filter_map(|item| Some((item.score?, item.is_true))).collect();
+        // Zeros of both signs are one score, and all scores are finite.
+        ranked.sort_by(|a, b| a.0.partial_cmp(&b.0).unwrap_or(std::cmp::Ordering::Equal));
+        let (mut accepted, mut found, mut before, mut average_precision) = (0, 0, 0.0, 0.0);
+        let points = ranked.chunk_by(|a, b| a.0 == b.0).map(|group| {
+            accepted += group.len();
+            found += group.iter().filter(|(_, is_true)| *is_true).count();
+            let (precision, recall) = (found as f64 / accepted as f64, found as f64 / all as f64);
+            average_precision += precision * (recall - before);
+            before = recall;
+            PrecisionRecallPoint { score: group[0].0, recall, precision, accepted, found }
+        });
+        let points = points.collect();
         Ok(Self { points, average_precision })
     }
 
@@ -132,17 +132,6 @@ mod tests {
             points.push((score, accepted, found));
         }
         (points, sum)
-    }
-
-    #[test]
-    fn a_list_worked_by_hand() {
-        // True at the places 1, 3 and 4 of 5: (1 + 2/3 + 3/4) / 3.
-        let found = PrecisionRecall::of(&list(&[0.1, 0.2, 0.3, 0.4, 0.5], &[1, 0, 1, 1, 0])).unwrap();
-        assert!((found.average_precision - (1.0 + 2.0 / 3.0 + 0.75) / 3.0).abs() < 1e-15);
-        let points: Vec<_> = found.points.iter().map(|p| (p.score, p.accepted, p.found)).collect();
-        assert_eq!(points, [(0.1, 1, 1), (0.2, 2, 1), (0.3, 3, 2), (0.4, 4, 3), (0.5, 5, 3)]);
-        assert_eq!((found.points[2].precision, found.points[2].recall), (2.0 / 3.0, 2.0 / 3.0));
-        assert_eq!(found.recall_without_false(), 1.0 / 3.0);
     }
 
     #[test]

@@ -2,8 +2,8 @@
 //!
 //! # Brief overview
 //! [`trajectory`] has the absolute and relative pose errors (APE, RPE) with the association and alignment
-//! of `evo` 1.38.1. [`surface`] measures how far a map lies from a reference surface. [`rank`] says how
-//! well two orders of the same runs agree, [`detection`] how well a ranked list puts what is true first.
+//! of `evo` 1.38.1. [`surface`] measures how far a map lies from a reference surface. [`rank`] has the correlation
+//! of two orders of the same runs, [`detection`] the precision and recall of a ranked list.
 
 pub mod detection;
 pub mod rank;

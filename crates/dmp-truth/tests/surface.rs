@@ -179,21 +179,6 @@ fn meshes_and_clouds_agree_with_all_pairs() {
 }
 
 #[test]
-fn points_on_borders_of_tiles_find_what_is_beyond() {
-    // Every point sits on a corner of tiles, and what is nearest just beyond.
-    let map: Vec<Point> = (-4..4).map(|k| [f64::from(k) * 16.0, f64::from(k) * -16.0, 0.0]).collect();
-    for step in [[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0]] {
-        let cloud: Vec<Point> = map.iter().map(|p| std::array::from_fn(|k| p[k] + 0.75 * step[k])).collect();
-        for thin_m in [None, Some(0.4)] {
-            let settings = SurfaceSettings { tile_edge_m: 16.0, thin_m, ..settings() };
-            let report = measure(&settings, &map, &cloud, &[]).unwrap();
-            assert_eq!((report.accuracy.max_m, report.accuracy.beyond_cap), (0.75, 0));
-            assert_eq!(report.completeness.unwrap().mean_m, 0.75);
-        }
-    }
-}
-
-#[test]
 fn threads_memory_and_tiles_change_no_bit() {
     let mut random = Random(11);
     let low = [458_000.25, 5_421_000.5, 100.0];
@@ -248,55 +233,6 @@ fn a_plane_displaced_by_seven_centimetres_is_that_far() {
     let recall = report.thresholds[3].recall.unwrap();
     let disc = std::f64::consts::PI * (0.25 - 0.07 * 0.07) * 10_000.0 / 14_400.0;
     assert!((recall - disc).abs() < 2e-3, "{recall} {disc}");
-}
-
-#[test]
-fn a_sphere_of_triangles_is_its_radius_away() {
-    // An octahedron, its faces cut in four again and again and blown up.
-    let axis = |k: usize, sign: f64| -> Point { std::array::from_fn(|j| if j == k { sign } else { 0.0 }) };
-    let mut sphere: Vec<Triangle> = Vec::new();
-    for (y, z) in [(1., 1.), (1., -1.), (-1., 1.), (-1., -1.)] {
-        sphere.push([axis(0, 1.0), axis(1, y), axis(2, z)]);
-        sphere.push([axis(0, -1.0), axis(1, y), axis(2, z)]);
-    }
-    let unit = |p: Point| -> Point {
-        let length = distance(p, [0.0; 3]);
-        p.map(|c| c / length)
-    };
-    for _ in 0..5 {
-        let middle = |a: Point, b: Point| unit(std::array::from_fn(|k| a[k] + b[k]));
-        let quarter = |&[a, b, c]: &Triangle| {
-            let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
-            [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
-        };
-        sphere = sphere.iter().flat_map(quarter).collect();
-    }
-    let mut random = Random(3);
-    for radius in [0.4, 0.9, 1.25] {
-        let mut map = Vec::new();
-        while map.len() < 5000 {
-            let p = random.point([-1.0; 3], [2.0; 3]);
-            if (0.1..1.0).contains(&distance(p, [0.0; 3])) {
-                map.push(unit(p).map(|c| c * radius));
-            }
-        }
-        let report = measure(&settings(), &map, &[], &sphere).unwrap();
-        // The triangles lie up to a millimetre inside the sphere.
-        let exact = f64::abs(radius - 1.0);
-        assert!((report.accuracy.mean_m - exact).abs() < 1e-3, "{radius}: {}", report.accuracy.mean_m);
-        assert!(report.accuracy.std_m < 5e-4);
-    }
-}
-
-#[test]
-fn the_cap_bounds_every_distance() {
-    let map = [[0.0, 0.0, 0.25], [1.0, 1.0, 0.5], [2.0, 2.0, 0.75], [3.0, 3.0, 900.0]];
-    let settings = SurfaceSettings { cap_m: 0.5, thresholds_m: vec![0.3, 0.5], ..settings() };
-    let report = measure(&settings, &map, &[], &plane(0.0)).unwrap();
-    let accuracy = &report.accuracy;
-    assert_eq!((accuracy.count, accuracy.beyond_cap, accuracy.max_m), (4, 2, 0.5));
-    assert_eq!((accuracy.mean_m, accuracy.median_m), (0.4375, 0.5));
-    assert_eq!((accuracy.share_within(0), accuracy.share_within(1)), (0.25, 0.5));
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Fuses a map from a log and casts rays of your own into it:
+//! Fuses a map from a log and casts your own rays into it:
 //! `cargo run --release -p dmp-slam --example cast -- [LOG RUN.tum]`.
 
 use std::error::Error;
@@ -24,7 +24,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let maps = fuse_maps(log.as_ref(), &runs, &Config::default(), ())?;
     let (name, map) = maps.iter().next().ok_or("no map")?;
     println!("{name}: {} surfels in {} tiles", map.surfels(), map.entries().count());
-    // A map lies in the frame that its run is scored in. It says where the trajectory's own is.
+    // A map is in its run's canonical frame. It knows the transform to the trajectory's own frame.
     let world_from_sensor = map.own_from_world().inverse() * here;
 
     // Rays from the first pose: ahead, left, back, right, down.
@@ -32,12 +32,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     let ray = |direction_in_sensor: &Vector3<f64>| Query {
         origin_in_world_m: world_from_sensor.translation.vector.into(),
         direction_in_world: (world_from_sensor.rotation * direction_in_sensor).into(),
-        // What was measured, where something was: the crossing nearest to it is answered, too.
+        // The measured range, if there is one: the nearest crossing to it is returned too.
         measured_m: 10.0,
         segment: None,
     };
     let queries: Vec<Query> = directions.iter().map(ray).collect();
-    // At most so many bytes of the map are in memory at a time.
+    // Limit for the part of the map in memory, bytes.
     let caster = Caster::new(map, CastSettings::default(), 256 << 20);
     let mut answers = Vec::new();
     caster.cast(&queries, &mut answers, &mut CastBuffers::default())?;

@@ -1,4 +1,4 @@
-//! Scores scans that a program has in memory, shows how far it is, and gives up when it takes too long:
+//! Scores scans in memory, shows the progress, and stops after a time limit:
 //! `cargo run --release -p dmp-slam --example own_scans -- [SECONDS]`.
 
 use std::error::Error;
@@ -13,9 +13,9 @@ const PERIOD_NS: i64 = 100_000_000;
 fn main() -> Result<(), Box<dyn Error>> {
     let most_s: f64 = std::env::args().nth(1).map_or(Ok(60.0), |seconds| seconds.parse())?;
 
-    // Your scans: points in the sensor's frame, metres, each scan with a stamp; with times of points if you have them.
+    // Your scans: points in the sensor's frame, metres, each scan with a stamp; with point times if available.
     let log = MemoryLog::new("hall", (0..SCANS).map(scan).collect())?;
-    // Your trajectories: where the body was at which stamp. That of the second run sways by 20 cm to either side.
+    // Your trajectories: stamped poses of the body. The second run sways by 20 cm to either side.
     let trajectory = |sway_m: f64| {
         let y_m = |k| if k % 2 == 0 { sway_m } else { -sway_m };
         let pose = |k| (k * PERIOD_NS, Isometry3::translation(x_m(k), y_m(k), 0.0));
@@ -37,7 +37,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Shows how far it is. All threads tell it, so it counts in atomics.
+/// Shows the progress. All threads report to it, so it counts in atomics.
 struct Shown {
     end: Instant,
     total: AtomicU64,
@@ -60,18 +60,18 @@ impl Progress for Shown {
         }
     }
 
-    /// Asked before every scan.
+    /// Called before every scan.
     fn cancelled(&self) -> bool {
         Instant::now() >= self.end
     }
 }
 
-/// Where the sensor is at the `k`-th scan: on its way along a hall of 24 m.
+/// The sensor's position at the `k`-th scan, along a hall of 24 m.
 fn x_m(k: i64) -> f64 {
     k as f64 * 0.3 - 9.0
 }
 
-/// What it sees there: directions over the sides of a cube, each followed to the wall, floor or ceiling behind it.
+/// Its scan: directions over the sides of a cube, each extended to the wall, floor or ceiling behind.
 fn scan(k: i64) -> Scan {
     let steps = || (0..48).map(|i| (i as f64 + 0.5) / 24.0 - 1.0);
     let side = |(u, v): (f64, f64)| {

@@ -1,6 +1,7 @@
-//! Stops half-way and goes on, to the same bits: `cargo run --release -p dmp-slam --example resume -- [LOG RUN.tum RUN.tum ...]`.
+//! Stops half-way and resumes, with the same bits:
+//! `cargo run --release -p dmp-slam --example resume -- [LOG RUN.tum RUN.tum ...]`.
 //!
-//! Here one process does both; after a crash or a power cut another process goes on in the same way.
+//! Here one process does both; after a crash or a power cut another process resumes in the same way.
 
 use std::error::Error;
 use std::path::Path;
@@ -27,7 +28,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         })
         .collect::<Result<Vec<_>, Box<dyn Error>>>()?;
 
-    // What is done so far is kept in the work folder, here whenever it can be; every minute is enough for a long log.
+    // Checkpoints go to the work folder, here as often as possible; every minute suffices for a long log.
     let work_folder = std::env::temp_dir().join(format!("dmp-resume-{}", std::process::id()));
     std::fs::create_dir_all(&work_folder)?;
     let config = Config {
@@ -37,7 +38,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         ..Config::default()
     };
 
-    // Fusing and casting each go over all returns once: stopped after one and a half times as many, it is half-way in casting.
+    // Fusing and casting each read all returns once: one and a half times as many is half-way through casting.
     let half_way = StopAfter { most: log.summary().returns * 3 / 2, done: AtomicU64::new(0) };
     match evaluate(log.as_ref(), &runs, &config, &half_way) {
         Err(EvaluateError::Cancelled) => println!("stopped"),
@@ -45,7 +46,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         Err(error) => return Err(error.into()),
     }
 
-    // Only what belongs to the same log, runs and settings is taken up. Nothing is left behind at the end.
+    // Only a checkpoint of the same log, runs and settings is resumed. Nothing is left behind at the end.
     let resumed = evaluate(log.as_ref(), &runs, &config, &Noted)?;
     std::fs::remove_dir(&work_folder)?;
 
@@ -55,7 +56,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Asks to stop once so much is done.
+/// Requests a stop after a number of returns.
 struct StopAfter {
     most: u64,
     done: AtomicU64,
@@ -75,7 +76,7 @@ impl Progress for StopAfter {
     }
 }
 
-/// Prints what is worth knowing meanwhile.
+/// Prints notes during the evaluation.
 struct Noted;
 
 impl Progress for Noted {

@@ -1,5 +1,5 @@
-//! Scores runs of one log and says which made the better map, of the samples:
-//! `cargo run --release -p dmp-slam --example score`, or of your own: `… --example score -- LOG RUN.tum [RUN.tum ...]`.
+//! Scores runs of one log and prints which made the better map, by default of the samples:
+//! `cargo run --release -p dmp-slam --example score -- [LOG RUN.tum [RUN.tum ...]]`.
 
 use std::error::Error;
 use std::path::Path;
@@ -15,9 +15,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     let (log, trajectories) = files.split_first().ok_or("no log")?;
 
-    // The format is found from what lies there: MCAP, rosbag2, a folder of scans or of depth images, LAS.
+    // The format is detected: MCAP, rosbag2, a folder of scans or of depth images, LAS.
     let log = open_log(Path::new(log), &LogOptions::default())?;
-    // A run is a trajectory of that log. Its map is fused from the scans; to score one that you have, set `Run::map`.
+    // A run is a trajectory of that log. Its map is fused from the scans; to score a given map, set `Run::map`.
     let runs = trajectories
         .iter()
         .map(|file| {
@@ -29,11 +29,11 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let report = evaluate(log.as_ref(), &runs, &Config::default(), ())?;
 
-    // Root mean squares of measured minus predicted range, cut off at several lengths: less is better.
+    // Root mean squares of measured minus predicted range, truncated at several lengths: less is better.
     let basis = report.leading_basis();
     println!("{} returns, voxel {:.2} m", report.inputs.returns_used, report.config.voxel_m);
     for (rank, run) in report.ranked() {
-        // No rank of its own where it is not decided to be worse than the one above.
+        // No rank if it is not decided to be worse than the run above.
         let rank = rank.map_or(String::new(), |rank| rank.to_string());
         print!("{rank:>2} {:10}", run.name);
         for (scale_m, score_m2) in run.scores(basis).iter() {
@@ -45,19 +45,19 @@ fn main() -> Result<(), Box<dyn Error>> {
         println!();
     }
 
-    // Whether the difference of two runs is beyond doubt, and at which scale.
+    // Whether the difference of two runs is significant, and at which scale.
     if let [one, other, ..] = runs.as_slice()
         && let Some(verdict) = report.verdict_between(&one.name, &other.name)
     {
-        let told = match verdict {
+        let outcome = match verdict {
             Verdict::Better { run, decided_at_m, .. } => {
                 format!("{run} is better, decided at {decided_at_m} m")
             }
             Verdict::Mixed { run, .. } => format!("{run} is better on the whole, but not everywhere"),
             Verdict::Same => format!("{} and {} are as good", one.name, other.name),
-            Verdict::Undecided => format!("these scans cannot tell {} from {}", one.name, other.name),
+            Verdict::Undecided => format!("{} and {} are undecided", one.name, other.name),
         };
-        println!("{told}");
+        println!("{outcome}");
     }
     for warning in &report.warnings {
         println!("warning: {warning}");

@@ -1,5 +1,5 @@
-//! Asks a saved report: `cargo run --release -p dmp-slam --example verdicts -- [REPORT.json]`, where the report is what
-//! `dmp score --json` prints. Without one, the samples are scored first.
+//! Queries a saved report, the output of `dmp score --json`; without one, scores the samples first:
+//! `cargo run --release -p dmp-slam --example verdicts -- [REPORT.json]`.
 
 use std::error::Error;
 use std::fs;
@@ -12,12 +12,12 @@ const SAMPLES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data-samples")
 fn main() -> Result<(), Box<dyn Error>> {
     let json = match std::env::args().nth(1) {
         Some(file) => fs::read_to_string(file)?,
-        // A report is saved with serde, in the same form.
+        // serde writes a report in the same form.
         None => serde_json::to_string_pretty(&score_samples()?)?,
     };
     let report: Report = serde_json::from_str(&json)?;
 
-    // The best run is one that is decided to be better than every other; else there are several that it may be.
+    // The best run is decided to be better than every other; else several runs may be the best.
     match report.best() {
         Some(Best::Run(run)) => println!("best: {}", run.name),
         Some(Best::Tie(runs)) => {
@@ -38,17 +38,17 @@ fn main() -> Result<(), Box<dyn Error>> {
             println!("  {} less {} at {} m: {low:.3} to {high:.3} m²", pair.a, pair.b, scale.scale_m);
         }
     }
-    // The same as one question, as a test of a change would ask it.
+    // The same as one yes-or-no question, as in a regression test.
     let is_worse =
         |new: &str, old: &str| report.verdict_between(new, old).and_then(Verdict::better) == Some(old);
     println!("is any run worse than {first}: {}", others.iter().any(|other| is_worse(other, first)));
 
-    // A score by name, basis and length; `None` where the report does not have it.
+    // A score by name, basis and length; `None` if the report does not have it.
     if let Some(m2) = report.score_of(first, report.leading_basis(), 0.5) {
         println!("{first} at 0.5 m: {:.1} cm", 100.0 * m2.sqrt());
     }
 
-    // What to know before believing any of it: of all runs, and of each.
+    // Warnings that limit the results: of all runs, and of each.
     let of_runs = report.runs.iter().flat_map(|run| run.warnings.iter().map(move |w| (run.name.as_str(), w)));
     for (whose, warning) in report.warnings.iter().map(|warning| ("all runs", warning)).chain(of_runs) {
         println!("warning, {whose}: {warning}");

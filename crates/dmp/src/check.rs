@@ -1,4 +1,4 @@
-//! Whether what is asked makes sense, before anything is opened.
+//! Validates settings before any file is opened.
 
 use dmp_lengths::thousands;
 use dmp_reduce::Margin;
@@ -9,12 +9,12 @@ use crate::segment_length::SegmentLength;
 use crate::setting_name::SettingName;
 
 impl Config {
-    /// Checks every setting by itself, before anything is opened.
+    /// Checks every setting separately, before any file is opened.
     ///
     /// # Errors
-    /// The first setting that makes no sense, with its value and what it must be.
+    /// The first invalid setting, with its value and what it must be.
     pub fn check(&self) -> Result<(), EvaluateError> {
-        // What one end is where only the other was given, a log may have to say.
+        // If only one end is given, the other may depend on the log.
         match self.scales {
             Some(scales) => {
                 let (min_m, max_m) = self.ranges_m(scales);
@@ -63,13 +63,13 @@ impl Config {
     }
 }
 
-/// Further no sensor measures that is meant here, metres.
+/// No supported sensor measures farther, metres.
 const MAX_RANGE_M: f64 = 1000.0;
 
 /// Checks the ranges in use.
 ///
 /// # Errors
-/// When they do not rise, or lead too far.
+/// When they do not rise, or are too large.
 pub(crate) fn check_ranges(min_range_m: f64, max_range_m: f64) -> Result<(), EvaluateError> {
     let fit = min_range_m >= 0.0 && min_range_m < max_range_m && max_range_m <= MAX_RANGE_M;
     if fit {

@@ -1,8 +1,9 @@
-//! The stamps of a run's poses on the log's clock.
+//! Converts the stamps of a run's poses to the log's clock.
 //!
-//! SLAM systems give a pose the stamp of its scan, and mean the scan's start, its middle or its end; their clocks run
-//! behind the log's; or they leave stamps out, and the n-th pose is that of the n-th scan. Here all of them become poses
-//! at times of the log, so that every return of every run is posed in one way: between the poses at its own time.
+//! SLAM systems stamp a pose like its scan but mean the scan's start, middle or end. Their clocks lag behind
+//! the log's, or they omit stamps, and the n-th pose is that of the n-th scan. This module converts all of
+//! them to poses at times of the log. So every return of every run is posed by the same rule: between the
+//! poses at its own time.
 
 use dmp_sensor::Trajectory;
 
@@ -17,20 +18,20 @@ use crate::settings::Settings;
 pub(crate) struct OnClock {
     pub(crate) pairing: Pairing,
     pub(crate) trajectory: Trajectory,
-    /// How much later than its own stamps that has its poses, nanoseconds.
+    /// Shift from its own stamps to those of the poses, nanoseconds.
     pub(crate) shift_ns: i64,
-    /// From scan to scan of the log, nanoseconds.
+    /// The scan period of the log, nanoseconds.
     pub(crate) period_ns: Option<i64>,
     /// From the stamp of a scan to its first and its last return, nanoseconds.
     pub(crate) sweep_ns: [i64; 2],
 }
 
-/// Brings the poses of a run, told in some frame as `trajectory`, to the log's clock. Poses without stamps have those of
-/// their scans; where the scans have none either, those of another run may be `lent`, whose n-th pose is that of the
-/// n-th scan too.
+/// Converts the poses of a run, given in some frame as `trajectory`, to the log's clock. Poses without stamps
+/// get those of their scans. If the scans have none either, those of another run may be `lent`, whose n-th
+/// pose also is that of the n-th scan.
 ///
 /// # Errors
-/// When scans and poses can be paired neither by stamp nor line by line, or a time is beyond all times.
+/// When scans and poses can be paired neither by stamp nor line by line, or a time is out of range.
 pub(crate) fn on_log_clock(
     heads: Heads<'_>,
     run: &Run,
@@ -39,7 +40,7 @@ pub(crate) fn on_log_clock(
     settings: &Settings,
 ) -> Result<OnClock, EvaluateError> {
     let pairing = pairing_of(heads, run)?;
-    // What is added for all runs is in the stamps of the scans, where they have any.
+    // The offset for all runs is already in the scans' stamps, if they have any.
     let added_ns = if heads.summary().span_ns.is_some() { settings.time_offset_ns } else { 0 };
     let trajectory = match trajectory.stamps_ns() {
         Some(_) => trajectory,
@@ -70,7 +71,7 @@ fn pairing_of(heads: Heads<'_>, run: &Run) -> Result<Pairing, EvaluateError> {
     }
 }
 
-/// Poses without stamps at those of their scans; unchanged where nobody knows any.
+/// Poses without stamps, at those of their scans; unchanged if no stamps are known.
 fn with_stamps(
     heads: Heads<'_>,
     run: &Run,
@@ -87,7 +88,7 @@ fn with_stamps(
     };
     if let Some(line) = stamps_ns.windows(2).position(|pair| pair[1] <= pair[0]) {
         if !heads.summary().has_point_times() {
-            // Scans that are instants need no time between them.
+            // Scans that are instants need no stamps.
             return Ok(trajectory);
         }
         let (run, scan) = (run.name.clone(), line + 1);
@@ -98,15 +99,15 @@ fn with_stamps(
     Ok(Trajectory::stamped(poses).map_or(trajectory, |stamped| stamped.trajectory))
 }
 
-/// The stamps of all scans of the log; `None` where scans have none.
+/// The stamps of all scans of the log; `None` if scans have none.
 fn stamps_of_lines(heads: Heads<'_>) -> Option<Vec<i64>> {
     let known: Option<Vec<(usize, i64)>> =
         heads.scans().map(|(number, info)| Some((number, info.stamp_ns?))).collect();
     filled(&known?, heads.scans_in_log(), heads.summary().period_ns.unwrap_or(0))
 }
 
-/// The stamps of so many scans of which these are known: others lie evenly between their neighbours, or a period apart
-/// before the first and after the last.
+/// The stamps of `scans` scans, some of them known: the others are interpolated, or extrapolated by the
+/// period.
 fn filled(known: &[(usize, i64)], scans: usize, period_ns: i64) -> Option<Vec<i64>> {
     let (first, last) = (*known.first()?, *known.last()?);
     let steps = |lines: usize| period_ns.saturating_mul(i64::try_from(lines).unwrap_or(i64::MAX));
@@ -182,7 +183,7 @@ mod tests {
         let stamped = Trajectory::stamped(vec![(0, poses(1)[0]), (500, poses(1)[0])]).unwrap().trajectory;
         let run = Run::new("a", stamped);
         let shift_ns = |run: &Run| on_clock(&log, run, None).unwrap().shift_ns;
-        // What holds for all is in the stamps of the scans.
+        // The offset for all runs is in the stamps of the scans.
         assert_eq!(shift_ns(&run), 0);
         assert_eq!(shift_ns(&Run { time_offset_ns: Some(1000), ..run.clone() }), 0);
         assert_eq!(shift_ns(&Run { time_offset_ns: Some(1700), ..run.clone() }), -700);
@@ -194,7 +195,7 @@ mod tests {
     fn scans_without_stamps_take_those_of_another_run() {
         let log = log(&[None, None]);
         let stamped = Trajectory::stamped(vec![(5, poses(1)[0]), (9, poses(1)[0])]).unwrap().trajectory;
-        // The offset of all runs is in no stamp of a scan here.
+        // Here no scan has a stamp that includes the offset for all runs.
         assert_eq!(on_clock(&log, &Run::new("a", stamped), None).unwrap().shift_ns, -1000);
         let of = |lent: Option<&[i64]>| on_clock(&log, &unstamped(2), lent).unwrap().trajectory;
         assert_eq!(of(None).stamps_ns(), None);
@@ -203,7 +204,7 @@ mod tests {
     }
 
     #[test]
-    fn lines_out_of_time_are_told_where_they_matter() {
+    fn lines_out_of_time_are_reported_where_they_matter() {
         let error = on_clock(&log(&[Some(100), Some(300), Some(300)]), &unstamped(3), None).unwrap_err();
         let EvaluateError::LinesOutOfTime { scan, .. } = error else { panic!("{error}") };
         assert_eq!(scan, 2);

@@ -1,4 +1,4 @@
-//! What is asked of an evaluation: the runs, and everything that can be set.
+//! The input of an evaluation: the runs and every setting.
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -18,36 +18,36 @@ use crate::seven::transform_of;
 /// One estimate to be scored: a trajectory and the map that belongs to it.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Run {
-    /// How the run is called in the report.
+    /// The run's name in the report.
     pub name: String,
-    /// Where the body was: `world_from_body`.
+    /// The poses of the body: `world_from_body`.
     pub trajectory: Trajectory,
     /// Its map.
     pub map: MapSource,
-    /// Where the sensor sits on the body that this trajectory moves; `None`: [`Config::body_from_sensor`].
+    /// The extrinsic of the sensor on the body of this trajectory; `None`: [`Config::body_from_sensor`].
     pub body_from_sensor: Option<Isometry3<f64>>,
-    /// At which instant of its scan a pose holds whose stamp is the scan's; so it is with poses that have no stamps.
+    /// The instant of a scan for which a pose with the scan's stamp, or without a stamp, holds.
     pub pose_at: PoseAt,
     /// Added to every stamp of the log before it is looked up in this trajectory, nanoseconds; `None`:
     /// [`Config::time_offset_ns`].
     pub time_offset_ns: Option<i64>,
-    /// Whether an odometry lies between its own poses ([`Trajectory::carried_by`]): then how these are meant cannot be put
-    /// right afterwards.
+    /// Whether an odometry interpolates between the run's poses ([`Trajectory::carried_by`]). Then the pose
+    /// format can no longer be corrected.
     pub is_carried: bool,
-    /// Where all this comes from, for the report.
+    /// The origin of the run, for the report.
     pub source: RunSource,
 }
 
-/// Where a run comes from, in words. No number depends on it.
+/// The origin of a run, in words. No number depends on it.
 #[derive(Debug, Clone, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct RunSource {
     /// The file or topic of the trajectory.
     pub file: Option<String>,
     /// Its format.
     pub format: Option<String>,
-    /// Why `body_from_sensor` is what it is.
+    /// Why `body_from_sensor` has its value.
     pub body_from_sensor: Option<String>,
-    /// What was guessed.
+    /// Assumptions made.
     pub notes: Vec<String>,
 }
 
@@ -72,113 +72,115 @@ impl Run {
 pub enum MapSource {
     /// Fused from the scans with the run's trajectory.
     Fused,
-    /// A file the user gives, in the trajectory's world frame: LAS, LAZ, PLY, PCD, a mesh in PLY or OBJ, or a
-    /// store of our own.
+    /// A given file, in the trajectory's world frame: LAS, LAZ, PLY, PCD, a mesh in PLY or OBJ, or a
+    /// `.dmpmap` store.
     Given(PathBuf),
 }
 
-/// In which order the log is read. It changes no number; it can be set so that this can be shown.
+/// The reading order of the log. It changes no number; tests set it to prove that.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FrameOrder {
-    /// As the log has them.
+    /// In the order of the log.
     Log,
     /// Shuffled by a seed.
     Shuffled(u64),
 }
 
-/// In which frame a run is fused and scored. Results are told in the run's own, whichever it is.
+/// The frame in which a run is fused and scored. Results are reported in the run's own frame.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub enum Frame {
-    /// The one that follows from the way of the sensor, so that it makes no difference where a run's own lies.
+    /// The canonical frame that follows from the path of the sensor, so that a run's own frame has no
+    /// influence.
     OfTheWay,
-    /// That one, moved: to see what the place of the voxels is worth.
+    /// The canonical frame, moved: measures the influence of the voxel grid's position.
     Moved(Isometry3<f64>),
-    /// `world_from_own`, whatever the way: for poses of one graph that are to share their voxels.
+    /// A fixed `world_from_own`, whatever the path: for poses of one graph that share their voxels.
     Fixed(Isometry3<f64>),
 }
 
 impl Frame {
-    /// Fixed to a frame that a report tells ([`RunInputReport::world_from_own`](crate::RunInputReport)): x, y, z in
+    /// The frame that a report names ([`RunInputReport::world_from_own`](crate::RunInputReport)): x, y, z in
     /// metres, qx, qy, qz, qw.
     pub fn of_report(seven: [f64; 7]) -> Self {
         Self::Fixed(transform_of(&seven))
     }
 }
 
-/// Everything that can be set. The default is what `dmp score` does without options. An evaluation works with what it
-/// [comes to](crate::Settings) on a log.
+/// Every setting. The default is `dmp score` without options. [`Settings`](crate::Settings) are its values
+/// for a log.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
-    /// The lengths by which returns are judged, and which the other defaults go with; `None`: those of a room for
-    /// the log of a depth camera, those of a drive else.
+    /// The truncation lengths of the scores, on which the other defaults depend; `None`: those of a room for
+    /// a depth camera, else those of a drive.
     pub scales: Option<Scales>,
-    /// Edge of a voxel, metres; `None` chooses 0.2, 0.3 or 0.5 m by the scans' density, in a room 0.02, 0.03 or 0.05 m.
+    /// Edge of a voxel, metres; `None`: 0.2, 0.3 or 0.5 m by the scans' density, in a room 0.02, 0.03 or 0.05
+    /// m.
     pub voxel_m: Option<f64>,
     /// Length of a segment of the drive; `None`: 12 m, or a sixteenth of a shorter drive; in a room a sixteenth of the
     /// scans.
     pub segment: Option<SegmentLength>,
-    /// The segments as the report of another evaluation has them, of the same scans; `None` cuts the way of the runs.
+    /// The segments of another report on the same scans; `None` cuts the path of the runs.
     pub segments: Option<SegmentReport>,
-    /// The unit of given clouds and meshes; `None`: what the file says, else the metre.
+    /// The unit of given clouds and meshes; `None`: the file's own, else the metre.
     pub map_unit: Option<LengthUnit>,
     /// Smallest range used, metres; `None`: 1.5 m, in a room 0.3 m.
     pub min_range_m: Option<f64>,
-    /// Largest range used, metres; `None`: 100 m, in a room 10 m. Predictions are looked for up to twice as far.
+    /// Largest range used, metres; `None`: 100 m, in a room 10 m. Predictions are searched up to twice as
+    /// far.
     pub max_range_m: Option<f64>,
-    /// The vehicle itself.
+    /// Which returns lie on the vehicle itself.
     pub ego: Ego,
     /// Only every n-th scan of the log is used, for the map and for the score.
     pub every: usize,
-    /// How many of the scans in use are scored; the maps are made of all of them.
+    /// How many of the scans in use are scored; the maps use all of them.
     pub sample: Sample,
-    /// What the sample is drawn by: the same number draws the same scans.
+    /// Seed of the sample: the same number draws the same scans.
     pub seed: u64,
-    /// Whether growing samples are scored, from [`Self::sample`] on, or from 28 scans, until it is decided which run is
-    /// better.
+    /// Scores growing samples, from [`Self::sample`] or 28 scans on, until the better run is decided.
     pub decide: Option<Decide>,
-    /// Where the sensor sits on the body that the trajectories move, for runs that do not say it themselves.
+    /// The extrinsic of the sensor on the body of the trajectories, for runs without their own.
     pub body_from_sensor: Isometry3<f64>,
-    /// Added to every stamp of the log before it is looked up in a trajectory, nanoseconds, for runs that do not say it
-    /// themselves.
+    /// Added to every stamp of the log before it is looked up in a trajectory, nanoseconds, for runs without
+    /// their own.
     pub time_offset_ns: i64,
-    /// Poses further apart than this are not interpolated between, nanoseconds; `None`: 1 s, or three
-    /// times a trajectory's median interval where that is longer.
+    /// Longest gap between poses that is interpolated, nanoseconds; `None`: 1 s, or three times the
+    /// trajectory's median interval if longer.
     pub max_time_gap_ns: Option<i64>,
-    /// Whether returns on the trails of moving objects are kept out of the maps: two more passes over the log.
-    /// The maps must be fused from the scans.
+    /// Whether returns on the trails of moving objects are excluded from the maps: two more passes over the
+    /// log. Requires maps fused from the scans.
     pub free_space: bool,
-    /// What a return that no independent surfel predicts costs in `R_cv` at its largest truncation.
+    /// The cost in `R_cv` of a return that no independent surfel predicts, at its largest truncation.
     pub miss_price: MissPrice,
-    /// How sure the verdicts are to be, all of them together: where runs are equal, the chance that any two of them are
-    /// told apart is what this leaves, over all pairs, scales and looks.
+    /// Confidence of all verdicts together. Among equal runs, any two are ranked apart with at most the
+    /// remaining probability, over all pairs, scales and looks.
     pub confidence: Confidence,
-    /// How far apart two runs may be and still count as the same.
+    /// The largest difference between two runs that counts as equal.
     pub same_within: Margin,
-    /// On how many pairs of visits drift is measured in metres beside the scores.
+    /// The number of pairs of visits on which drift is measured in metres, beside the scores.
     pub drift: DriftPairs,
-    /// How far runs may be off for that.
+    /// The largest drift that this measurement can find.
     pub drift_reach: DriftReach,
-    /// The sensor's noise, metres: scales the raw log-likelihood, nothing else. `None`: 0.02 m, and that of a depth
-    /// camera grows with depth as [`DepthNoise::KINECT`](dmp_sensor::DepthNoise::KINECT).
+    /// The sensor's noise, metres: scales only the raw log-likelihood. `None`: 0.02 m; for a depth camera it
+    /// grows with depth as [`DepthNoise::KINECT`](dmp_sensor::DepthNoise::KINECT).
     pub sigma_m: Option<f64>,
-    /// Memory to aim for, bytes. Each run takes a part that does not shrink: the tiles in hand and its buffers.
+    /// Memory to aim for, bytes. Each run needs a fixed part: the tiles in use and its buffers.
     pub memory_bytes: usize,
     /// Threads that read, fuse and cast.
     pub threads: usize,
-    /// Where scratch files and the maps of the runs go while they are needed.
+    /// Folder of scratch files and of the runs' maps while they are needed.
     pub work_folder: PathBuf,
-    /// Where to keep the fused maps, as `NAME.dmpmap`; `None` removes them at the end.
+    /// Folder for the fused maps, as `NAME.dmpmap`; `None` removes them at the end.
     pub save_maps: Option<PathBuf>,
-    /// Whether [`Report::tiles`](crate::Report::tiles) holds the sums of every run in every tile.
+    /// Whether [`Report::tiles`](crate::Report::tiles) has the sums of every run in every tile.
     pub per_tile: bool,
-    /// After how much time what was done is kept in the work folder, so that another process can go on from there;
-    /// `None` keeps nothing.
+    /// Time between checkpoints in the work folder, from which another process can resume; `None` writes
+    /// none.
     pub checkpoint_every: Option<Duration>,
-    /// Whether to go on from what an evaluation of the same left in the work folder, where there is anything.
+    /// Whether to resume from the checkpoint of the same evaluation in the work folder, if there is one.
     pub resume: bool,
-    /// In which order the log is read.
+    /// The reading order of the log.
     pub order: FrameOrder,
-    /// In which frame each run is scored.
+    /// The frame in which each run is scored.
     pub frame: Frame,
 }
 

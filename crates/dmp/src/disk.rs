@@ -1,4 +1,4 @@
-//! How much disk an evaluation will need, told before it writes.
+//! Estimates the disk space of an evaluation before it writes.
 
 use std::path::Path;
 
@@ -13,37 +13,37 @@ use crate::sounding::Sounding;
 
 // Measured: docs/performance.md.
 
-/// Bytes of a map for each surfel, about.
+/// Approximate bytes of a map per surfel.
 const MAP_SURFEL_BYTES: f64 = 7.7;
-/// What a thread takes for one return of one run, seconds, about: how many checkpoints there will be.
+/// Approximate time of a thread per return and run, seconds: gives the number of checkpoints.
 const FUSE_S: f64 = 2e-7;
-/// How far the estimate may be off: with less than that there is too little.
+/// Safety factor of the estimate: below it a warning is due.
 const SURE: f64 = 1.5;
 
-/// What is known of the disk before it is written to.
+/// The disk estimate, made before anything is written.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct DiskEstimate {
-    /// Bytes that will lie on disk at once, at most, about.
+    /// Approximate peak bytes on disk.
     pub(crate) bytes: u64,
-    /// Where there may be too few.
+    /// A warning if space may run out.
     pub(crate) warning: Option<String>,
 }
 
-/// Bytes that will lie on disk, about.
+/// Approximate bytes on disk.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 struct DiskNeed {
-    /// Partial sums, maps that are removed at the end, and what whoever watches keeps.
+    /// Partial sums, maps that are removed at the end, and the data of the watcher.
     work: u64,
     /// Maps that are kept.
     saved: u64,
 }
 
 impl<M: Sync + Send> Evaluation<'_, M> {
-    /// Tells before anything is fused what will be written, and whether there is space for it; where there may be none, whoever
-    /// watches is told. What is gone on with has its place already.
+    /// Reports the expected disk use before anything is fused; the watcher gets a note if space may run out.
+    /// Files of a resumed evaluation are already there.
     ///
     /// # Errors
-    /// Where the disk is too small, even if the estimate is off by as much as it ever was.
+    /// When the disk is too small, even if the estimate is off by its largest measured error.
     pub(crate) fn foresee_disk(&self, sounding: &Sounding) -> Result<DiskEstimate, EvaluateError> {
         let need = self.disk_need(sounding);
         let warning = if self.work.is_resumed() { None } else { need.check(&self.means)? };
@@ -51,7 +51,7 @@ impl<M: Sync + Send> Evaluation<'_, M> {
         Ok(DiskEstimate { bytes: need.work + need.saved, warning })
     }
 
-    /// What will lie on disk at once at most: checkpoints keep partial sums until the end.
+    /// Peak disk use: checkpoints keep partial sums until the end.
     fn disk_need(&self, sounding: &Sounding) -> DiskNeed {
         let (plan, means, runs) = (&self.plan, &self.means, &sounding.runs);
         let budget_bytes = self.work.budget().map_bytes(runs.len()) as f64;
@@ -60,7 +60,7 @@ impl<M: Sync + Send> Evaluation<'_, M> {
         let aside: f64 = runs.iter().map(|run| run.put_aside(budget_bytes, pauses as u32)).sum();
         let aside_bytes = aside as u64 * SCRATCH_VOXEL_BYTES as u64;
         let map_bytes = (MAP_SURFEL_BYTES * runs.iter().map(|run| run.surfels).sum::<f64>()) as u64;
-        // Without trails, all is fused once more; what was written before is gone then, but for what is kept to go on from.
+        // With `free_space`, everything is fused twice; only checkpoints keep the first round's files.
         let rounds = 1 + u64::from(self.settings.free_space && means.checkpoint_every.is_some());
         let saved = u64::from(means.save_maps.is_some());
         let sizes = plan.looks.sizes();
@@ -72,10 +72,10 @@ impl<M: Sync + Send> Evaluation<'_, M> {
 }
 
 impl DiskNeed {
-    /// Compares with what the file systems have: a warning where it is likely too little.
+    /// Compares with the free space of the file systems: a warning if it is likely too small.
     ///
     /// # Errors
-    /// Where it is too little.
+    /// When it is too small.
     fn check(&self, means: &Means) -> Result<Option<String>, EvaluateError> {
         let mut work =
             Target { folder: &means.work_folder, setting: SettingName::WorkFolder, bytes: self.work };
@@ -97,11 +97,11 @@ impl DiskNeed {
     }
 }
 
-/// Where something is written.
+/// A folder that is written to.
 #[derive(Debug, Clone, Copy)]
 struct Target<'a> {
     folder: &'a Path,
-    /// What moves it elsewhere.
+    /// The setting that changes it.
     setting: SettingName,
     bytes: u64,
 }
@@ -115,14 +115,14 @@ impl Target<'_> {
             let folder = folder.to_path_buf();
             return Err(EvaluateError::NoRoom { folder, bytes, least_bytes, free_bytes, setting });
         }
-        // Stands in the report, whose words do not change, and which tells of no folders.
+        // The text is part of the report: it must be the same everywhere and name no folder.
         let (place, option) = match setting {
             SettingName::SaveMaps => ("the maps' folder", "--save-maps or -o"),
             _ => ("the work folder", "--work"),
         };
         Ok((bytes > free_bytes).then(|| {
             format!(
-                "about {} will be written in {place}, where {} are free: the disk may run full ({option} names another one)",
+                "about {} will be written to {place}, which has {} free: the disk may run full (change it with {option})",
                 in_words(bytes),
                 in_words(free_bytes)
             )
@@ -146,10 +146,10 @@ mod tests {
         );
         let error = place.check(Some(6 << 20)).unwrap_err();
         assert!(!error.is_usage());
-        let told = error.to_string();
+        let text = error.to_string();
         assert!(
-            told.starts_with("w: ") && told.contains("10 MiB") && told.contains("(`work-folder`)"),
-            "{told}"
+            text.starts_with("w: ") && text.contains("10 MiB") && text.contains("(`work-folder`)"),
+            "{text}"
         );
     }
 }

@@ -1,11 +1,11 @@
-//! What is known of the vehicle.
+//! The vehicle's own returns.
 
-/// What is known of the vehicle that carries the sensor.
+/// Where the vehicle that carries the sensor is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum Ego {
-    /// Looked for in a sample of scans.
+    /// Detected in a sample of scans.
     Auto,
-    /// There is none in view.
+    /// Not in view.
     None,
     /// A box in the sensor frame, smallest and largest corner in millimetres.
     BoxMm([i64; 3], [i64; 3]),

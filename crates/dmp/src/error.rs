@@ -1,4 +1,4 @@
-//! Why a log and its runs cannot be scored.
+//! Errors of an evaluation.
 
 use dmp_lengths::thousands;
 use std::path::{Path, PathBuf};
@@ -15,54 +15,54 @@ use crate::unposed::Unposed;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum EvaluateError {
-    /// There is nothing to score.
+    /// No run was given.
     #[error("no run to score")]
     NoRuns,
     /// Two runs share a name.
-    #[error("two runs are called `{name}`: give them names of their own")]
+    #[error("two runs are named `{name}`: give each its own name")]
     SameName {
         /// The name.
         name: String,
     },
-    /// Whoever watches asked for it to stop.
+    /// The watcher stopped it.
     #[error("stopped before the end")]
     Cancelled,
     /// A setting outside its range.
     #[error("{}", self.message_with(&SettingName::quoted))]
     Setting {
-        /// Which.
+        /// The setting.
         setting: SettingName,
-        /// What it was set to.
+        /// Its value.
         value: String,
         /// What it must be.
         why: &'static str,
-        /// What does what was meant, where that is another setting.
+        /// Another setting that achieves the purpose.
         remedy: Option<Remedy>,
     },
     /// Less memory than the threads need.
     #[error("{}", self.message_with(&SettingName::quoted))]
     TooLittleMemory {
-        /// Bytes asked for.
+        /// Given bytes.
         asked: usize,
         /// Bytes needed.
         needed: usize,
-        /// Threads.
+        /// Number of threads.
         threads: usize,
-        /// Runs to score.
+        /// Number of runs.
         runs: usize,
     },
-    /// A file system has less room than will be written, even if the estimate is half as much again as it will be.
+    /// A file system has less room than will be written, even if the estimate is half as much again as needed.
     #[error("{}", self.message_with(&SettingName::quoted))]
     NoRoom {
         /// The folder.
         folder: PathBuf,
-        /// Bytes that will be written there, about.
+        /// Approximate bytes that will be written there.
         bytes: u64,
-        /// Fewer it was in no measurement.
+        /// Lower limit in all measurements.
         least_bytes: u64,
-        /// Bytes that are free.
+        /// Free bytes.
         free_bytes: u64,
-        /// What moves it to another folder.
+        /// The setting that selects another folder.
         setting: SettingName,
     },
     /// The log has no scans.
@@ -71,7 +71,7 @@ pub enum EvaluateError {
         /// The log.
         path: PathBuf,
     },
-    /// Scans and poses must be paired line by line, but there are more of one.
+    /// Scans and poses must be paired line by line, but their numbers differ.
     #[error(
         "run `{run}`: {} poses for {} scans; without stamps {which} the n-th pose belongs to the n-th scan, so there must be as many",
         thousands(.poses),
@@ -80,75 +80,75 @@ pub enum EvaluateError {
     LinePairing {
         /// The run.
         run: String,
-        /// Poses of the trajectory.
+        /// Number of poses.
         poses: usize,
-        /// Scans of the log.
+        /// Number of scans.
         scans: usize,
-        /// Where stamps are missing.
+        /// Which of them have no stamps.
         which: &'static str,
     },
-    /// Poses without stamps cannot have those of their scans.
+    /// Poses without stamps cannot use those of the scans.
     #[error(
         "run `{run}`: its poses have no stamps, and those of the scans do not ascend (scan {scan}, {stamp_s:.6} s), so the times of points cannot be used: give the trajectory stamps, or take each scan for an instant"
     )]
     LinesOutOfTime {
         /// The run.
         run: String,
-        /// The scan whose stamp is not later than the one before.
+        /// The scan whose stamp is not later than that of the scan before.
         scan: usize,
         /// Its stamp, seconds.
         stamp_s: f64,
     },
-    /// The clock of a run leads beyond all times.
+    /// With its clock offset, a run's stamps are out of range.
     #[error("run `{run}`: its stamps, {shift_s} s later, are beyond the years 1677 to 2262")]
     BeyondTimes {
         /// The run.
         run: String,
-        /// How much later, seconds.
+        /// The offset, seconds.
         shift_s: f64,
     },
-    /// A trajectory has a pose for none of the scans, or hardly any.
+    /// A trajectory has poses for no scan, or for very few.
     #[error("{}", self.message_with(&SettingName::quoted))]
     NoOverlap {
         /// The run.
         run: String,
-        /// Scans with a pose.
+        /// Number of scans with a pose.
         found: usize,
-        /// Scans of the log.
+        /// Number of scans.
         scans: usize,
         /// Why the others have none.
         why: Unposed,
     },
-    /// No scan is near enough in time to the poses of a run.
+    /// No scan is near enough in time to a run's poses.
     #[error("{}", self.message_with(&SettingName::quoted))]
     TooSparse {
         /// The run.
         run: String,
         /// The longest time between two poses, seconds.
         gap_s: f64,
-        /// How far the sensor may be off there, metres.
+        /// The uncertainty of the sensor's position there, metres.
         off_m: f64,
     },
     /// Every run has poses, but no scan has one in all of them.
     #[error("no scan has a pose in every run")]
     NothingInCommon,
-    /// The drive is too short to choose places from.
+    /// The drive is too short for a sample of places.
     #[error("{}", self.message_with(&SettingName::quoted))]
     NoPlaces {
-        /// The way, metres.
+        /// Path length, metres.
         travel_m: f64,
-        /// Places.
+        /// Number of places.
         places: usize,
     },
-    /// The index of a log does not tell when its scans were made.
+    /// The times of scans in a log's index are too inaccurate.
     #[error("{}", self.message_with(&SettingName::quoted))]
     VagueStamps {
         /// The log.
         path: PathBuf,
-        /// How far a stamp is off, seconds.
+        /// The uncertainty of a stamp, seconds.
         error_s: f64,
     },
-    /// Not one return is left to score.
+    /// No return remains to score.
     #[error("no return is used: {0}")]
     NoReturns(String),
     /// Maps with different voxels cannot be compared.
@@ -158,24 +158,24 @@ pub enum EvaluateError {
         a: String,
         /// Another.
         b: String,
-        /// The one's voxel edge, metres.
+        /// The voxel edge of the first, metres.
         a_m: f64,
-        /// The other's.
+        /// That of the second.
         b_m: f64,
     },
-    /// A map that was given has nothing for a ray to meet.
+    /// A given map is empty.
     #[error("{}", self.message_with(&SettingName::quoted))]
     EmptyMap {
         /// Its file.
         path: PathBuf,
-        /// Of a cloud or a mesh, the voxels it has points in, none of which makes a surfel; `None` of a saved map.
+        /// For a cloud or a mesh, the number of voxels with points, none of which has a surfel; `None` for a saved map.
         thin_voxels: Option<u64>,
         /// Their edge, metres.
         voxel_m: f64,
         /// Points or triangles that are not finite.
         points_dropped: u64,
     },
-    /// The log gave other returns when it was read again.
+    /// The log gave other returns in the second pass.
     #[error(
         "the log changed while it was read: {} returns were used in the first pass, {} in the second",
         thousands(.first),
@@ -195,37 +195,37 @@ pub enum EvaluateError {
     Map {
         /// The run whose map it is.
         run: String,
-        /// What happened.
+        /// The error.
         source: MapError,
     },
-    /// From the work folder, or from what is no run's map.
+    /// From the work folder, or from a file that is no run's map.
     #[error(transparent)]
     Work(#[from] MapError),
-    /// What was kept of an earlier process is not what this one would keep.
+    /// The checkpoint cannot be decoded.
     #[error("the checkpoint cannot be understood")]
     Checkpoint(#[source] postcard::Error),
-    /// From the reducer; these speak of this program, not of the user's input.
+    /// From the reducer: an internal error, not one of the user's input.
     #[error(transparent)]
     Reduce(#[from] ReduceError),
     /// The threads could not be started.
     #[error("cannot start {threads} threads")]
     Threads {
-        /// How many were asked for.
+        /// The given number.
         threads: usize,
-        /// Why.
+        /// The reason.
         source: rayon::ThreadPoolBuildError,
     },
 }
 
-/// What does what was meant with a setting that does not fit.
+/// The remedy for a setting that does not fit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Remedy {
-    /// Maps that are fused from the scans, or to keep trails.
+    /// Fuse the maps from the scans, or keep trails.
     NoMapOrNoFreeSpace,
-    /// The voxels of the given map.
+    /// Use the voxels of the given map.
     VoxelOfMap,
-    /// A sample of scans.
+    /// Score a sample of scans.
     SampleScans,
 }
 
@@ -235,7 +235,7 @@ impl From<DiskError> for EvaluateError {
     }
 }
 
-/// Rounded up: where it is little, to the kibibyte.
+/// Rounded up; small values to the kibibyte.
 pub(crate) fn in_words(bytes: u64) -> String {
     if bytes < 10 << 20 {
         format!("{} KiB", bytes.div_ceil(1 << 10))
@@ -244,13 +244,12 @@ pub(crate) fn in_words(bytes: u64) -> String {
     }
 }
 
-/// Rounded up.
 /// "1 voxel", "1,234 voxels".
 pub(crate) fn in_voxels(voxels: u64) -> String {
     format!("{} {}", thousands(voxels), if voxels == 1 { "voxel" } else { "voxels" })
 }
 
-/// An edge of voxels, which is a multiple of 2^-13 m, in whole millimetres, as it was asked for.
+/// A voxel edge, which is a multiple of 2^-13 m, in whole millimetres, as it was given.
 pub(crate) fn as_asked_m(voxel_m: f64) -> f64 {
     (1e3 * voxel_m).round() / 1e3
 }
@@ -264,8 +263,8 @@ impl EvaluateError {
         Self::Setting { setting, value: value.into(), why, remedy: None }
     }
 
-    /// Refuses a map without a surfel, that of a file; `thin_voxels` and `points_dropped` as [`CloudMap`](crate::CloudMap) has them,
-    /// none and 0 of a map that was not made of a cloud or a mesh.
+    /// Rejects a map without a surfel, made from a file; `thin_voxels` and `points_dropped` as in
+    /// [`CloudMap`](crate::CloudMap), `None` and 0 for a map not made of a cloud or a mesh.
     ///
     /// # Errors
     /// [`EvaluateError::EmptyMap`].
@@ -286,7 +285,7 @@ impl EvaluateError {
         move |source| Self::Map { run: run.to_owned(), source }
     }
 
-    /// Whether the command was used wrongly, rather than the data being at fault.
+    /// Whether the command was used wrongly, as opposed to bad data.
     pub fn is_usage(&self) -> bool {
         match self {
             Self::TooLittleMemory { .. }
@@ -300,7 +299,7 @@ impl EvaluateError {
         }
     }
 
-    /// The message, with the words that `name` has for settings: a command line may have options for them.
+    /// The message, with `name`'s names for settings: a command line may have options for them.
     pub fn message_with(&self, name: &dyn Fn(SettingName) -> String) -> String {
         match self {
             Self::Setting { setting, value, why, remedy } => {
@@ -314,8 +313,8 @@ impl EvaluateError {
                 name(SettingName::Threads)
             ),
             Self::NoRoom { folder, bytes, least_bytes, free_bytes, setting } => format!(
-                "{}: about {} will be written here, hardly less than {}, and {} are free: make room, or name another \
-                 place ({})",
+                "{}: about {} will be written here, at least {}, and {} are free: free disk space, or choose another \
+                 folder ({})",
                 folder.display(),
                 in_words(*bytes),
                 in_words(*least_bytes),
@@ -328,22 +327,21 @@ impl EvaluateError {
                 format!("run `{run}`: {found} of {scans} scans have a pose: {why}")
             }
             Self::TooSparse { run, gap_s, off_m } => format!(
-                "run `{run}`: its poses, up to {gap_s:.1} s apart, say of no scan where it was made: between them the sensor may be \
-                 {:.0} cm off by the run's own poses. {} takes what is between them from an odometry; {} {} takes them \
-                 as they are",
+                "run `{run}`: no scan is close enough to a pose. Poses are up to {gap_s:.1} s apart, and the sensor may be \
+                 {:.0} cm off between them. Give an odometry with {}, or accept the poses with {} {}",
                 100.0 * off_m,
                 SettingName::Between.for_run(run, "FILE", name),
                 name(SettingName::MaxTimeGap),
                 gap_s.ceil()
             ),
             Self::NoPlaces { travel_m, places } => format!(
-                "the way is {travel_m:.0} m, {places} places: there is nothing to choose among; score all of it, without \
+                "the path is {travel_m:.0} m, {places} places: too short for a sample of places; score all of it, without \
                  {}",
                 name(SettingName::Quick)
             ),
             Self::VagueStamps { path, error_s } => format!(
-                "{}: its index tells the times of its scans no better than to {error_s:.1} s, which does not tell where \
-                 they were made: score a sample of its scans, {}",
+                "{}: its index has the times of its scans to {error_s:.1} s only, too coarse for a sample of places: \
+                 score a sample of scans, {}",
                 path.display(),
                 name(SettingName::Sample)
             ),
@@ -352,15 +350,15 @@ impl EvaluateError {
                 let why = match (thin_voxels, points_dropped) {
                     (None, _) => format!("it has no surfel, with voxels of {voxel_m} m"),
                     (Some(0), 0) => "it has no points".to_owned(),
-                    (Some(0), dropped) => format!("nothing in it is finite, {} left out", thousands(dropped)),
+                    (Some(0), dropped) => format!("none of its {} points is finite", thousands(dropped)),
                     (Some(voxels), _) => format!(
-                        "its points span no surface in {} of {voxel_m} m: are they dense enough, and is their unit right \
-                         (--map-unit)? Larger voxels ({}) may help",
+                        "its points span no surface in {} of {voxel_m} m: check its density and its unit, or try larger \
+                         voxels ({})",
                         in_voxels(*voxels),
                         name(SettingName::Voxel)
                     ),
                 };
-                format!("{}: nothing for a ray to meet: {why}", path.display())
+                format!("{}: the map is empty: {why}", path.display())
             }
             other => other.to_string(),
         }
@@ -371,9 +369,9 @@ impl Remedy {
     fn message_with(self, name: &dyn Fn(SettingName) -> String) -> String {
         match self {
             Self::NoMapOrNoFreeSpace => {
-                format!("; leave {} or {} out", name(SettingName::Map), name(SettingName::FreeSpace))
+                format!("; remove {} or {}", name(SettingName::Map), name(SettingName::FreeSpace))
             }
-            Self::VoxelOfMap => format!("; leave {} out to take that", name(SettingName::Voxel)),
+            Self::VoxelOfMap => format!("; remove {} to use those of the map", name(SettingName::Voxel)),
             Self::SampleScans => format!(": {} scores part of the scans", name(SettingName::Sample)),
         }
     }

@@ -14,24 +14,26 @@ use crate::error::EvaluateError;
 use crate::evaluation::{Evaluation, Task};
 use crate::heads::Heads;
 use crate::peak;
-use crate::report::{Findings, PassTimes, Report, ToldMap, Warning, drops_in_words, map_report};
+use crate::report::{Findings, MapSummary, PassTimes, Report, drops_in_words, map_report};
 use crate::run_map::tile_bytes;
 use crate::sanity::Doubts;
 use crate::watch::Watch;
 use crate::work::MapFacts;
 
-/// Scores `runs` on `log`: plan, fuse, cast, reduce. `watch` is `()` for nobody, or who follows: see [`Watch`].
+/// Scores `runs` on `log`: plan, fuse, cast, reduce. `watch` follows the evaluation, or is `()`: see
+/// [`Watch`].
 ///
-/// Reads the log twice, to fuse the maps and to cast the rays, or with [`Config::sample`] once and the
-/// scans of the sample again; four times with [`Config::free_space`]; the scans of visits to the same places once more, for
-/// [`Config::drift`]. A few scans are read before and in between. Runs are taken as they are: [`vet`](fn@crate::vet) finds those that do not belong to the log, and wrong clocks and
-/// mountings. The report is the same to the bit for every number of threads, memory budget and order of
-/// reading, but for its `timing` and `memory`, and a warning of a disk that is nearly full.
+/// Reads the log twice: to fuse the maps and to cast the rays. With [`Config::sample`] the second reading
+/// covers the sample only. [`Config::free_space`] adds two readings; [`Config::drift`] reads the scans of
+/// revisits once more. A few scans are read before and in between. Runs are scored as given:
+/// [`vet`](fn@crate::vet) detects runs that do not belong to the log, wrong clocks and wrong extrinsics. The
+/// report is bit-identical for every number of threads, memory budget and reading order, except its `timing`,
+/// its `memory` and the warning about a nearly full disk.
 ///
 /// # Errors
-/// When log and runs do not belong together, a file is damaged beyond what can be left out, the work
-/// folder is full, or a setting makes no sense. Nothing is left behind then, but with
-/// [`Config::checkpoint_every`] what was kept: whoever watches is told where it is.
+/// When log and runs do not belong together, a file is too damaged to skip the damage, the work folder is
+/// full, or a setting is invalid. Nothing is left behind then, except the checkpoint of
+/// [`Config::checkpoint_every`]: the watcher receives its path.
 pub fn evaluate<'a>(
     log: &'a dyn ScanLog,
     runs: &'a [Run],
@@ -44,7 +46,7 @@ pub fn evaluate<'a>(
 /// Plan, fuse, cast, reduce.
 fn score<'a>(task: Task<'a>, runs: &'a [Run]) -> Result<Report, EvaluateError> {
     let mut times = Stopwatch::start();
-    // Every run in a frame of its own making; the same returns z, voxels and segments for all.
+    // Each run in its own canonical frame; the same returns z, voxels and segments for all.
     let planned = task.plan(runs)?;
     let sounding = planned.sound()?;
     planned.foresee_tiles(&sounding)?;
@@ -55,7 +57,7 @@ fn score<'a>(task: Task<'a>, runs: &'a [Run]) -> Result<Report, EvaluateError> {
     let fused = planned.fuse()?;
     times.of.fuse_s = times.lap_s();
 
-    // Where asked for: the same without the returns on trails, which the rays of the log pass through.
+    // With `free_space`: the maps without returns on trails, which the log's rays pass through.
     let fused = fused.keep_out_trails()?;
     times.of.trails_s = times.lap_s();
 
@@ -69,7 +71,7 @@ fn score<'a>(task: Task<'a>, runs: &'a [Run]) -> Result<Report, EvaluateError> {
     peak::look();
     times.of.cast_s = times.lap_s();
 
-    // In metres: how far each run is off where it comes back.
+    // Drift at revisits, in metres.
     let drift = match maps.drift_pairs() {
         0 => None,
         most_pairs => Some(maps.drift(most_pairs)?),
@@ -86,18 +88,18 @@ fn score<'a>(task: Task<'a>, runs: &'a [Run]) -> Result<Report, EvaluateError> {
 }
 
 impl RunCaster {
-    /// The caster into a map that was not fused, and what is known of that.
+    /// The caster into a given map, and what is known about that map.
     fn given(&self) -> Option<(&Caster, &MapFacts)> {
         (!self.facts.fused).then_some((&self.caster, &self.facts))
     }
 
-    fn told(&self) -> ToldMap {
-        ToldMap { report: map_report(self.caster.map(), &self.facts), facts: self.facts.clone() }
+    fn summary(&self) -> MapSummary {
+        MapSummary { report: map_report(self.caster.map(), &self.facts), facts: self.facts.clone() }
     }
 }
 
 impl Evaluation<'_, RunCaster> {
-    /// Where runs and maps that were given hardly belong together: told before the long part.
+    /// Warns about runs and given maps that seem not to belong together, before the long part.
     fn doubt(&mut self) -> Result<(), EvaluateError> {
         let Self { log, plan, settings, progress, runs, .. } = self;
         Doubts { log: *log, plan, settings, progress: *progress }.look(runs, RunCaster::given)
@@ -110,7 +112,7 @@ impl Evaluation<'_, RunCaster> {
             settings: &self.settings,
             means: &self.means,
             plan: &self.plan,
-            runs: &self.runs.iter().map(|run| run.like(run.map.told())).collect::<Vec<_>>(),
+            runs: &self.runs.iter().map(|run| run.like(run.map.summary())).collect::<Vec<_>>(),
             fused: self.fused,
             scored,
             timing,
@@ -120,7 +122,7 @@ impl Evaluation<'_, RunCaster> {
         let map_bytes: u64 = fused.map(|run| tile_bytes(run.map.caster.map())).sum();
         report.memory.disk_bytes_estimated = disk.bytes;
         report.memory.disk_bytes = report.memory.scratch_bytes + map_bytes;
-        report.warnings.extend(disk.warning.map(Warning::Other));
+        report.warnings.extend(disk.warning);
         report
     }
 }
@@ -129,9 +131,9 @@ impl<M> Evaluation<'_, M> {
     /// Counts every return of the log as used, or as dropped for a reason.
     ///
     /// # Errors
-    /// When what was fused is not what was cast, or nothing was.
+    /// When the counts of the fuse pass and of the cast pass differ, or nothing was cast.
     pub(crate) fn account(&self, scored: &mut Scored) -> Result<(), EvaluateError> {
-        // Unless only a sample was.
+        // Holds only if all scans were scored, not a sample.
         let all_scored = scored.reducer.frames_added() == self.plan.frames().len() as u64;
         if let Some(first) = self.fused.counts.filter(|first| all_scored && *first != scored.counts) {
             return Err(EvaluateError::LogChanged { first: first.used(), second: scored.counts.used() });
@@ -147,7 +149,7 @@ impl<M> Evaluation<'_, M> {
     }
 }
 
-/// How long the passes take.
+/// Measures the duration of the passes.
 struct Stopwatch {
     start: Instant,
     lap: Instant,

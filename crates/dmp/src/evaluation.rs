@@ -1,5 +1,4 @@
-//! An evaluation on its way: what its passes read and what they add. The passes themselves are in files of their own,
-//! each a method here.
+//! The state of an evaluation between its passes. Each pass is a method in a file of its own.
 
 use std::sync::Arc;
 
@@ -21,8 +20,8 @@ use crate::watch::Watch;
 use crate::work::Work;
 use crate::{given, own_frame};
 
-/// A log, the runs to be scored on it, and how far that is: `M` is the map of each run as far as it is made. A pass takes
-/// an evaluation and gives one that is further.
+/// A log, the runs to score on it, and the progress so far: `M` is the type of each run's map at this stage.
+/// A pass takes an evaluation and returns one at the next stage.
 pub(crate) struct Evaluation<'a, M> {
     pub(crate) log: &'a dyn ScanLog,
     pub(crate) settings: Settings,
@@ -36,18 +35,18 @@ pub(crate) struct Evaluation<'a, M> {
     pub(crate) work: Arc<Work>,
 }
 
-/// What fusing all maps came to.
+/// Totals of fusing all maps.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct FuseTotals {
-    /// Where the returns went; `None` when no map had to be fused.
+    /// The return counts; `None` when no map had to be fused.
     pub(crate) counts: Option<ReturnCounts>,
-    /// Used returns that are in no map, for they lie on trails.
+    /// Used returns excluded from every map because they lie on trails.
     pub(crate) left_out: u64,
-    /// Bytes put aside on the way.
+    /// Bytes spilled to disk.
     pub(crate) scratch_bytes: u64,
 }
 
-/// What an evaluation works with before it has a plan.
+/// An evaluation before it has a plan.
 pub(crate) struct Task<'a> {
     pub(crate) log: &'a dyn ScanLog,
     pub(crate) settings: Settings,
@@ -57,10 +56,10 @@ pub(crate) struct Task<'a> {
 }
 
 impl<'a> Task<'a> {
-    /// Settles what is asked for on a log, and takes a work folder.
+    /// Resolves the settings for a log and creates a work folder.
     ///
     /// # Errors
-    /// When a setting makes no sense, alone or with the others.
+    /// When a setting is invalid, alone or with the others.
     pub(crate) fn open(
         log: &'a dyn ScanLog,
         runs: &[Run],
@@ -71,7 +70,7 @@ impl<'a> Task<'a> {
         Self::with(log, runs, settings, means, watch)
     }
 
-    /// The same where it is settled.
+    /// The same with resolved settings.
     ///
     /// # Errors
     /// When the settings do not fit the runs.
@@ -89,15 +88,14 @@ impl<'a> Task<'a> {
         Ok(Self { log, settings, means, work, watch })
     }
 
-    /// Does something with it. Where that fails, what was done stays for another process, and whoever watches is told
-    /// where.
+    /// Runs `task`. If it fails, the checkpoint stays for another process, and the watcher receives its path.
     pub(crate) fn keeping<T>(
         self,
         what: impl FnOnce(Self) -> Result<T, EvaluateError>,
     ) -> Result<T, EvaluateError> {
         let (work, progress) = (Arc::clone(&self.work), self.watch.progress);
         if work.is_resumed() {
-            let text = format!("goes on from what was done in {}", work.path().display());
+            let text = format!("resuming from {}", work.path().display());
             progress.note(&text.into());
         }
         what(self).inspect_err(|_| {
@@ -107,8 +105,8 @@ impl<'a> Task<'a> {
         })
     }
 
-    /// Decides on scans, returns, voxels and segments, the same for all runs; and brings every run into a frame of its own
-    /// making.
+    /// Selects scans, returns, voxels and segments, the same for all runs, and moves every run into its
+    /// canonical frame.
     ///
     /// # Errors
     /// When log and runs do not belong together.
@@ -119,7 +117,7 @@ impl<'a> Task<'a> {
         self.plan_placed(runs, voxel_m)
     }
 
-    /// The same for runs that have their frames; `voxel_m` is the edge that given maps have.
+    /// The same for runs that already have their frames; `voxel_m` is the edge of given maps.
     pub(crate) fn plan_placed<M>(
         self,
         mut runs: Vec<RunState<'a, M>>,
@@ -131,7 +129,7 @@ impl<'a> Task<'a> {
         Ok(self.planned(plan, runs))
     }
 
-    /// With what was decided.
+    /// The evaluation with this plan.
     pub(crate) fn planned<M>(self, plan: Plan, runs: Vec<RunState<'a, M>>) -> Evaluation<'a, M> {
         let Self { log, settings, means, work, watch: Watch { progress, sink } } = self;
         Evaluation { log, settings, means, work, progress, sink, plan, runs, fused: FuseTotals::default() }
@@ -139,17 +137,17 @@ impl<'a> Task<'a> {
 }
 
 impl<'a, M> Evaluation<'a, M> {
-    /// The same with other maps: the runs with those.
+    /// The same evaluation with runs whose maps are at another stage.
     pub(crate) fn with_runs<N>(self, runs: Vec<RunState<'a, N>>) -> Evaluation<'a, N> {
         let Self { log, settings, means, work, progress, sink, plan, fused, .. } = self;
         Evaluation { log, settings, means, progress, sink, plan, runs, fused, work }
     }
 }
 
-/// Checks what the settings say of the runs.
+/// Checks the runs against the settings.
 ///
 /// # Errors
-/// When there is none, two share a name, or a pair that is to be decided is not there.
+/// When there is no run, two runs share a name, or a pair to decide is not among them.
 pub(crate) fn check_runs(runs: &[Run], settings: &Settings) -> Result<(), EvaluateError> {
     if runs.is_empty() {
         return Err(EvaluateError::NoRuns);
@@ -161,7 +159,7 @@ pub(crate) fn check_runs(runs: &[Run], settings: &Settings) -> Result<(), Evalua
     }
     let bad = |value: String, why| Err(EvaluateError::setting(SettingName::Decide, value, why));
     if settings.decide.is_some() && runs.len() < 2 {
-        return bad("with one run".to_owned(), "there must be two runs at least to decide between");
+        return bad("with one run".to_owned(), "a decision needs two runs at least");
     }
     if let Some((a, b)) = settings.decide.as_ref().and_then(|decide| decide.pair.as_ref()) {
         let is_run = |name: &String| runs.iter().any(|run| run.name == *name);

@@ -1,4 +1,4 @@
-//! How much there is to hold of an evaluation: runs, poses, tiles with sums.
+//! Counts what an evaluation must hold in memory: runs, poses, tiles with sums.
 
 use std::collections::HashSet;
 
@@ -9,25 +9,25 @@ use crate::config::Run;
 use crate::error::EvaluateError;
 use crate::settings::{Means, Settings};
 
-/// What the sums of a tile take: they stand in a table that grows.
+/// Memory of a tile's sums: they are in a growing table.
 pub(crate) const TILE_SUMS_BYTES: usize = 2 * (size_of::<RunSums>() + size_of::<[u64; 2]>());
 
-/// What an evaluation holds beside the scans: all of it is there before anything is shared.
+/// What an evaluation holds beside the scans, allocated before the rest is shared out.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Extent {
     pub(crate) runs: usize,
-    /// Poses that it has to itself, and tiles that have sums, of all runs together.
+    /// Number of its own poses, and of tiles with sums, of all runs together.
     pub(crate) poses: usize,
     pub(crate) tiles: usize,
 }
 
 impl Extent {
-    /// Of an evaluation of whole runs.
+    /// For an evaluation of whole runs.
     ///
     /// # Errors
-    /// When the edge of voxels makes no sense.
+    /// When the voxel edge is invalid.
     pub(crate) fn of_runs(runs: &[Run], settings: &Settings, means: &Means) -> Result<Self, EvaluateError> {
-        // What has no room ends the count: it is refused, whatever comes after.
+        // Above this count there is no room anyway: the evaluation is rejected.
         let most = means.memory_bytes / TILE_SUMS_BYTES;
         let edge_m = least_tile_edge_m(settings)?;
         let tiles = |run: &Run| {
@@ -41,10 +41,11 @@ impl Extent {
         })
     }
 
-    /// Of one place, with the places of its scans in each run. The poses are those of the drive, which are there once.
+    /// For one place, with the positions of its scans in each run. The poses are those of the drive, held
+    /// once.
     ///
     /// # Errors
-    /// When the edge of voxels makes no sense.
+    /// When the voxel edge is invalid.
     pub(crate) fn of_place(
         places_m: impl ExactSizeIterator<Item = impl Iterator<Item = [f64; 2]>>,
         settings: &Settings,
@@ -54,19 +55,19 @@ impl Extent {
         Ok(Self { runs, poses: 0, tiles })
     }
 
-    /// The one of two that takes more.
+    /// The larger one.
     pub(crate) fn or_larger(self, other: Self) -> Self {
         if other.tiles > self.tiles { other } else { self }
     }
 }
 
-/// The edge of the smallest tiles that maps may have.
+/// The edge of the smallest possible tiles.
 fn least_tile_edge_m(settings: &Settings) -> Result<f64, EvaluateError> {
     let chosen = settings.scales.lengths().voxels_m.into_iter().fold(f64::INFINITY, f64::min);
     Ok(Lattice::new(settings.voxel_m.unwrap_or(chosen))?.tile_edge_m())
 }
 
-/// Tiles that returns from some places may lie in, at most; counted up to `most` and a few.
+/// Upper bound for the tiles that returns from some positions lie in; counts up to `most` and a few.
 fn tiles_in_reach(places_m: impl Iterator<Item = [f64; 2]>, edge_m: f64, reach_m: f64, most: usize) -> usize {
     let steps = (reach_m / edge_m).ceil() as i64;
     let mut tiles = HashSet::new();

@@ -1,10 +1,10 @@
-//! Names of runs as names of files.
+//! Converts names of runs to file names.
 
-/// Most bytes of a stem: file systems take names of 255, and what is made beside a file is called after it.
+/// Most bytes of a stem: file systems allow 255, and derived files append to it.
 const MOST_BYTES: usize = 200;
 
-/// The name of a run as a file name, `names` being those of all runs: what file systems or shells take amiss becomes
-/// `_`, what is too long is cut, and where that makes two runs alike, they get their numbers.
+/// The name of a run as a file name; `names` are those of all runs. Problematic characters become `_`, long
+/// names are cut, and equal results get their numbers.
 pub fn file_stem_of(names: &[&str], name: &str) -> String {
     let harmless = |name: &str| -> String {
         let fits = name.char_indices().take_while(|(at, c)| at + c.len_utf8() <= MOST_BYTES);

@@ -1,4 +1,4 @@
-//! Reads the planned frames of a log and hands them to threads.
+//! Reads the planned frames of a log and distributes them to threads.
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -19,9 +19,9 @@ use crate::progress::Progress;
 pub(crate) struct PlannedFrame {
     /// Its index in the log that is read.
     pub(crate) frame: usize,
-    /// Its number in the whole log, where only a part is read.
+    /// Its number in the whole log, if only a part is read.
     pub(crate) number: usize,
-    /// Its stamp with the time offset, nanoseconds; `None` where the log has none.
+    /// Its stamp with the time offset, nanoseconds; `None` if the log has none.
     pub(crate) stamp_ns: Option<i64>,
     /// Returns in it, used or not.
     pub(crate) returns: u64,
@@ -29,9 +29,9 @@ pub(crate) struct PlannedFrame {
     pub(crate) segment: i32,
 }
 
-/// What a thread does with the frames it is given.
+/// The work of a thread on its frames.
 pub(crate) trait Worker: Send {
-    /// Takes one frame; `ordinal` counts the planned frames in order of time.
+    /// Processes one frame; `ordinal` counts the planned frames in order of time.
     fn frame(&mut self, ordinal: usize, frame: &PlannedFrame, scan: &Scan) -> Result<(), EvaluateError>;
 }
 
@@ -44,33 +44,33 @@ pub(crate) struct Reading<'a> {
     pub(crate) progress: &'a dyn Progress,
 }
 
-/// What is kept of the workers, given the frames that they have done.
+/// Stores the workers' state, given the frames that they have done.
 type Keep<'a, W> = dyn FnMut(&[W], &FrameSet) -> Result<(), EvaluateError> + 'a;
 
-/// Times at which all workers rest, so that what they hold can be kept.
+/// Pauses of all workers, in which their state is stored.
 pub(crate) struct Pauses<'a, W> {
-    /// After so much time; never where it is `None`.
+    /// Time between pauses; `None`: never.
     pub(crate) every: Option<Duration>,
-    /// Frames that are done already.
+    /// Frames that are already done.
     pub(crate) done: FrameSet,
     /// Called in each pause.
     pub(crate) keep: &'a mut Keep<'a, W>,
-    /// Told the number of every job before it is handed out.
+    /// Called with the number of every job before it is handed out.
     pub(crate) ahead: &'a dyn Fn(usize),
 }
 
-/// What is to be read, in order.
+/// The jobs to read, in order.
 pub(crate) struct Jobs {
     /// The number of the first.
     pub(crate) first: usize,
-    /// Each some ordinals of planned frames that are cheapest read together.
+    /// Each has the ordinals of planned frames that are cheapest read together.
     pub(crate) jobs: Vec<Vec<usize>>,
 }
 
-/// Reads the planned frames once and hands each to one of the workers, a thread for each of them.
+/// Reads the planned frames once and hands each to one of the workers, with a thread per worker.
 ///
-/// Frames that are cheapest read together go to the same thread. The workers come back, in no order
-/// that means anything: what they hold must add up to the same, whoever held what.
+/// Frames that are cheapest read together go to the same thread. The workers are returned in arbitrary order:
+/// their sums must not depend on the distribution.
 pub(crate) fn each_frame<W: Worker>(reading: Reading<'_>, workers: Vec<W>) -> Result<Vec<W>, EvaluateError> {
     each_frame_of(reading, |_| true, workers)
 }
@@ -94,7 +94,7 @@ pub(crate) fn each_frame_of_jobs<W: Worker>(
     each_frame_in_parts(reading, Jobs { first: 0, jobs }, workers, pauses).map(|(workers, _)| workers)
 }
 
-/// The same for some frames, with pauses, but none at the end. All that is done then comes back.
+/// The same for some frames, with pauses, but none at the end. Returns the workers and all frames done.
 pub(crate) fn each_frame_in_parts<W: Worker>(
     reading: Reading<'_>,
     jobs: Jobs,
@@ -107,7 +107,7 @@ pub(crate) fn each_frame_in_parts<W: Worker>(
         let until = every.map(|every| Instant::now() + every);
         let mut begun = false;
         let mut part = std::iter::from_fn(|| {
-            // Whatever the time, something is done from pause to pause.
+            // At least one job is done between pauses, however short.
             let go_on =
                 !std::mem::replace(&mut begun, true) || until.is_none_or(|until| Instant::now() < until);
             let (number, job) = jobs.next_if(|_| go_on)?;
@@ -123,7 +123,7 @@ pub(crate) fn each_frame_in_parts<W: Worker>(
     }
 }
 
-/// Gives jobs to the workers, a thread for each, until there are no more.
+/// Hands jobs to the workers, a thread for each, until none is left.
 fn in_threads<W: Worker>(
     reading: Reading<'_>,
     jobs: &mut dyn Iterator<Item = Vec<usize>>,
@@ -150,7 +150,7 @@ fn in_threads<W: Worker>(
             .collect();
         drop(receiver);
         for job in jobs {
-            // Nobody listens any more once every worker has stopped on an error.
+            // The channel is closed once every worker has stopped on an error.
             if sender.send(job).is_err() {
                 break;
             }
@@ -190,7 +190,7 @@ fn work<W: Worker>(
     Ok(())
 }
 
-/// Ordinals of the `wanted` frames, gathered by the log's groups.
+/// Ordinals of the `wanted` frames, grouped by the log's groups.
 pub(crate) fn jobs_of(
     Reading { log, frames, order, .. }: Reading<'_>,
     wanted: impl Fn(usize) -> bool,
@@ -210,7 +210,7 @@ pub(crate) fn jobs_of(
     jobs
 }
 
-/// Fisher–Yates with a 64-bit linear congruential generator: any order will do.
+/// Fisher–Yates with a 64-bit linear congruential generator: its quality is irrelevant here.
 fn shuffle<T>(items: &mut [T], seed: u64) {
     let mut state = seed;
     for k in (1..items.len()).rev() {

@@ -1,4 +1,4 @@
-//! Maps that the user gives: stores, clouds and meshes.
+//! Maps given by the user: stores, clouds and meshes.
 
 use dmp_lengths::thousands;
 use std::io::ErrorKind;
@@ -15,18 +15,18 @@ use crate::progress::{Progress, Stage};
 use crate::setting_name::SettingName;
 use crate::settings::Settings;
 
-/// Samples of a mesh along the edge of a voxel: 25 on a face that it fills, where three make a surfel.
+/// Samples of a mesh per voxel edge: 25 on a filled voxel face, where three make a surfel.
 const SAMPLES_PER_VOXEL: f64 = 5.0;
 /// Most samples of a mesh: 16 km² at voxels of 0.2 m.
 const MAX_SAMPLES: u64 = 10_000_000_000;
 /// Samples fused at once.
 const BATCH: usize = 65_536;
 
-/// Refuses given maps where trails are to be kept out of maps, and what has none.
+/// Rejects `free_space` with given maps, and where it is not supported.
 pub(crate) fn check_free_space(runs: &[Run], settings: &Settings) -> Result<(), EvaluateError> {
     let lengths = settings.scales.lengths();
     if settings.free_space && !lengths.has_free_space {
-        let why = "what passes through what is told by half a metre, which is a drive's";
+        let why = "its tolerance of half a metre is for drives";
         return Err(EvaluateError::setting(SettingName::FreeSpace, format!("in a {}", lengths.name), why));
     }
     match runs.iter().find(|run| settings.free_space && run.map != MapSource::Fused) {
@@ -42,7 +42,7 @@ pub(crate) fn check_free_space(runs: &[Run], settings: &Settings) -> Result<(), 
 
 /// Opens the stores among the given maps; `None` for the other runs.
 ///
-/// Before anything else, so that stores with other voxels are refused before a long log is read.
+/// Comes first, so that stores with other voxels are rejected before a long log is read.
 pub(crate) fn given_stores(runs: &[Run]) -> Result<Vec<Option<Store>>, EvaluateError> {
     let open = |run: &Run| match &run.map {
         MapSource::Given(path) => {
@@ -55,7 +55,7 @@ pub(crate) fn given_stores(runs: &[Run]) -> Result<Vec<Option<Store>>, EvaluateE
     runs.iter().map(open).collect()
 }
 
-/// The voxel edge that the given stores have, metres; `None` where none is given.
+/// The common voxel edge of the given stores, metres; `None` without stores.
 pub(crate) fn voxel_of_stores(
     runs: &[Run],
     stores: &[Option<Store>],
@@ -83,19 +83,19 @@ pub(crate) fn voxel_of_stores(
         return Err(EvaluateError::Setting {
             setting: SettingName::Voxel,
             value: format!("{asked_m} m"),
-            why: "a given map has voxels of another edge",
+            why: "a given map has another voxel edge",
             remedy: Some(Remedy::VoxelOfMap),
         });
     }
     Ok(given.map(|(_, voxel_m)| voxel_m))
 }
 
-/// The store at a path, where it is one.
+/// The store at a path, if it is one.
 fn store_at(path: &Path) -> Result<Option<Store>, MapError> {
     match Store::open(path) {
         Ok(store) => Ok(Some(store)),
         Err(MapError::NotAStore { .. }) => Ok(None),
-        // What is missing or a folder is better told by the one that reads clouds.
+        // For a missing file or a folder, the reader of clouds has the better error.
         Err(MapError::Disk(DiskError::Io { source, .. }))
             if matches!(source.kind(), ErrorKind::NotFound | ErrorKind::IsADirectory) =>
         {
@@ -105,17 +105,17 @@ fn store_at(path: &Path) -> Result<Option<Store>, MapError> {
     }
 }
 
-/// What a given cloud or mesh brought.
+/// The result of reading a given cloud or mesh.
 #[derive(Debug, Default)]
 pub(crate) struct GivenMap {
     /// Points or triangles that are not finite.
     pub(crate) dropped: u64,
-    /// What was made of it, in words.
+    /// Conversions made, in words.
     pub(crate) notes: Vec<String>,
 }
 
-/// Fuses a cloud or a mesh, whose points know no segment, `into` a map after they are brought into its world
-/// (`world_from_own`).
+/// Fuses a cloud or a mesh `into` a map, after transforming it into the map's world (`world_from_own`). Its
+/// points have no segment.
 pub(crate) fn fuse_given(
     path: &Path,
     run: &str,
@@ -142,7 +142,7 @@ pub(crate) fn fuse_given(
     Ok(given)
 }
 
-/// Finite points on their way into a map.
+/// Collects finite points for a map.
 struct Points<'a> {
     fuser: &'a MapFuser,
     world_from_own: &'a Isometry3<f64>,
@@ -153,7 +153,7 @@ struct Points<'a> {
 }
 
 impl Points<'_> {
-    /// Fuses what is collected.
+    /// Fuses the collected points.
     fn flush(&mut self) -> Result<(), EvaluateError> {
         self.progress.advance(self.batch.len() as u64);
         if self.progress.cancelled() {
@@ -182,8 +182,8 @@ fn fuse_cloud(
     Ok(GivenMap { dropped, notes: summary.unit_note.into_iter().collect() })
 }
 
-/// Samples a mesh densely enough that each voxel it passes through becomes a surfel: `docs/formats.md` says
-/// why it is not cast itself. The samples of one triangle come in batches too, however large it is.
+/// Samples a mesh so densely that each voxel it passes through gets a surfel; `docs/formats.md` explains why
+/// the mesh itself is not cast. Large triangles are sampled in several batches.
 fn fuse_mesh(
     path: &Path,
     unit: Option<LengthUnit>,
@@ -224,7 +224,7 @@ fn fuse_mesh(
     Ok(GivenMap { dropped, notes: vec![note] })
 }
 
-/// What may end the sampling of a triangle.
+/// Reasons to stop sampling a triangle.
 enum SampleError {
     Mesh(MapError),
     Fuse(EvaluateError),

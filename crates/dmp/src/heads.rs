@@ -1,13 +1,13 @@
-//! What is known of a log's scans before they are read.
+//! The heads of a log's scans, known before they are read.
 
 use dmp_log::{FrameInfo, LogOutline, LogSummary, ScanLog};
 
-/// What is known of a log's scans before they are read.
+/// The heads of a log's scans, known before they are read.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Heads<'a> {
     /// The log, or part of one, is open.
     Log(&'a dyn ScanLog),
-    /// Only its index was read: stamps are as near as that tells, returns not known.
+    /// Only its index was read: stamps are as exact as the index, numbers of returns are unknown.
     Outline(&'a LogOutline),
 }
 
@@ -19,7 +19,7 @@ impl<'a> Heads<'a> {
         }
     }
 
-    /// Scans that can be read, as far as is known.
+    /// Number of readable scans, as far as known.
     pub(crate) fn len(self) -> usize {
         match self {
             Self::Log(log) => log.frames().len(),
@@ -27,7 +27,7 @@ impl<'a> Heads<'a> {
         }
     }
 
-    /// Scans of the whole log.
+    /// Number of scans of the whole log.
     pub(crate) fn scans_in_log(self) -> usize {
         match self {
             Self::Log(log) => log.scans_in_log(),
@@ -35,7 +35,7 @@ impl<'a> Heads<'a> {
         }
     }
 
-    /// Each scan that can be read: its number in the whole log, its stamp and its returns.
+    /// Each readable scan: its number in the whole log, its stamp and its number of returns.
     pub(crate) fn scans(self) -> Box<dyn Iterator<Item = (usize, FrameInfo)> + 'a> {
         match self {
             Self::Log(log) => {

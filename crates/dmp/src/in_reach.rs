@@ -1,4 +1,4 @@
-//! Whether the tiles that a sensor sees at once will have room in memory, told before any map is fused.
+//! Checks, before any map is fused, that memory has room for the tiles in a sensor's reach.
 
 use std::collections::HashMap;
 
@@ -13,10 +13,10 @@ use crate::run_poses::RunPoses;
 use crate::schedule::SURFEL_BYTES;
 use crate::sounding::{SoundedRun, Sounding};
 
-/// Places where what is in reach is summed up.
+/// Number of places at which the tiles in reach are summed up.
 const PLACES: usize = 64;
 
-/// The map of a run as far as it is known: how many surfels its tiles have, about.
+/// The expected map of a run: the approximate number of surfels per tile.
 struct Tiles<'e> {
     poses: &'e RunPoses,
     edge_m: f64,
@@ -24,11 +24,11 @@ struct Tiles<'e> {
 }
 
 impl Evaluation<'_, Option<Store>> {
-    /// Tells whoever watches where the tiles in reach have no room in the memory: they are then loaded again and again while
-    /// rays are cast. Of clouds that are given nothing is known yet.
+    /// Warns if the tiles in reach exceed the memory: they would then be loaded again and again during the
+    /// cast. Given clouds are not yet known and not counted.
     ///
     /// # Errors
-    /// When the edge of voxels makes no sense.
+    /// When the voxel edge is invalid.
     pub(crate) fn foresee_tiles(&self, sounding: &Sounding) -> Result<(), EvaluateError> {
         let budget = self.work.budget();
         let needed = self.bytes_in_reach(sounding)?;
@@ -40,7 +40,7 @@ impl Evaluation<'_, Option<Store>> {
         Ok(())
     }
 
-    /// Most bytes of tiles ready for casting that will be in reach of the sensor at once, those of all runs, about.
+    /// Approximate peak bytes of tiles in the sensor's reach, ready for casting, over all runs.
     fn bytes_in_reach(&self, sounding: &Sounding) -> Result<f64, EvaluateError> {
         let edge_m = Lattice::new(self.plan.voxel.voxel_m)?.tile_edge_m();
         let mut fused = sounding.runs.iter();
@@ -65,7 +65,7 @@ impl Evaluation<'_, Option<Store>> {
 }
 
 impl Tiles<'_> {
-    /// Surfels of the tiles that rays of a scan may lead to.
+    /// Surfels of the tiles that rays of a scan may hit.
     fn in_reach(&self, frame: &PlannedFrame, reach_m: f64) -> f64 {
         let Some(pose) = self.poses.of_frame(frame) else { return 0.0 };
         let apart = |c: f64, tile: i32| {

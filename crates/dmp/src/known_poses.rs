@@ -1,4 +1,4 @@
-//! The poses of a scan's times, found once.
+//! Caches the poses at a scan's point times.
 
 use std::collections::HashMap;
 
@@ -6,28 +6,28 @@ use dmp_sensor::Isometry3;
 
 use crate::memory::KNOWN_TIMES;
 
-/// The poses of some runs at the times of a scan so far: a log that tells its points ring by ring comes to each time once in
-/// every ring.
+/// Poses of some runs at the times of a scan seen so far: a log stored ring by ring repeats each time once
+/// per ring.
 #[derive(Debug, Default)]
 pub(crate) struct KnownPoses {
-    /// Nanoseconds after the scan's stamp, in the order in which they came, and which is which.
+    /// Nanoseconds after the scan's stamp, in order of arrival, and the index of each.
     offsets_ns: Vec<i64>,
     places: HashMap<i64, usize>,
-    /// The one at hand: mostly the one behind it is next.
+    /// The current index: mostly the next one follows.
     at: usize,
-    /// Of one time after the other, run by run.
+    /// For one time after the other, run by run.
     poses: Vec<Isometry3<f64>>,
 }
 
 impl KnownPoses {
-    /// Forgets all, for another scan.
+    /// Clears it for another scan.
     pub(crate) fn clear(&mut self) {
         self.offsets_ns.clear();
         self.places.clear();
         self.poses.clear();
     }
 
-    /// Those of the runs so long after the scan's stamp, where they were kept.
+    /// The runs' poses at this time after the scan's stamp, if cached.
     #[inline]
     pub(crate) fn of(&mut self, offset_ns: i64) -> Option<&[Isometry3<f64>]> {
         let is_next = self.offsets_ns.get(self.at + 1) == Some(&offset_ns);
@@ -36,7 +36,7 @@ impl KnownPoses {
         self.poses.get(self.at * runs..(self.at + 1) * runs)
     }
 
-    /// Keeps those of the runs at a time that has none yet, unless there are [`KNOWN_TIMES`].
+    /// Caches the runs' poses at a new time, unless there are already [`KNOWN_TIMES`].
     pub(crate) fn keep(&mut self, offset_ns: i64, poses: impl ExactSizeIterator<Item = Isometry3<f64>>) {
         if self.offsets_ns.len() == KNOWN_TIMES {
             return;
@@ -44,7 +44,7 @@ impl KnownPoses {
         self.at = self.offsets_ns.len();
         self.offsets_ns.push(offset_ns);
         self.places.insert(offset_ns, self.at);
-        // Room for all of them at once: what is not used of it takes no memory.
+        // Reserves room for all at once: unused pages take no memory.
         self.poses.reserve_exact(KNOWN_TIMES * poses.len() - self.poses.len());
         self.poses.extend(poses);
     }

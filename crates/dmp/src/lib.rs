@@ -1,24 +1,24 @@
 //! Score LiDAR SLAM runs without ground truth: the Dense Map Posterior, out of core.
 //!
 //! # Brief overview
-//! [`evaluate`] takes a log of scans and the [`Run`]s to be compared, each a trajectory and perhaps a
-//! map, and gives a [`Report`]: the scores of every run, every pair's verdict, the order of the runs.
-//! It makes a plan (which scans, which returns, which voxels and segments: the same for all runs),
-//! fuses each run's map, casts every return into every run's map, and reduces the residuals. The log is
-//! read twice, or four times with [`Config::free_space`], in any order, by any number of threads, in
-//! bounded memory; the numbers do not depend on any of these.
+//! [`evaluate`] takes a log of scans and the [`Run`]s to compare; a run is a trajectory and optionally a map.
+//! It returns a [`Report`]: every run's scores, every pair's verdict and the ranking. First it plans: which
+//! scans, returns, voxels and segments count, the same for all runs. Then it fuses each run's map, casts
+//! every return into every map, and reduces the residuals. It reads the log twice, or four times with
+//! [`Config::free_space`], on any number of threads and in bounded memory. Reading order, threads and memory
+//! change no number.
 //!
 //! The pieces:
-//! - [`Config`] is everything that can be set; its default fits a drive. On a log it comes to [`Settings`], which numbers depend
-//!   on, and [`Means`] (memory, threads, folders), which they do not: [`Config::on`].
-//! - [`evaluate`] scores all returns, [`evaluate_quick`] a sample of places, for which little of the log is read;
-//!   [`fuse_maps`] makes the maps alone, [`map_of_cloud`] one of a cloud or a mesh.
-//! - [`Progress`] is told how far it is, and may stop it; a [`Sink`] takes returns, scans, places and maps as they are scored.
-//!   A [`Watch`] is one of them, or both, or `()`.
-//! - A [`Report`] is asked by name: [`Report::best`], [`Report::ranked`], [`Report::verdict_between`], [`Report::score_of`].
-//!   It is the JSON of `dmp score --json`, written and read with serde. [`join_reports`] puts two into one table; [`suite_report`]
-//!   says what those of several logs say together.
-//! - [`prelude`] has what most programs need, and a whole one that runs; `crates/dmp/examples` has longer ones.
+//! - [`Config`] holds every setting; its default fits a drive. [`Config::on`] resolves it for a log into
+//!   [`Settings`], which change numbers, and [`Means`] (memory, threads, folders), which do not.
+//! - [`evaluate`] scores all returns. [`evaluate_quick`] scores a sample of places and reads little of the
+//!   log. [`fuse_maps`] only makes the maps; [`map_of_cloud`] makes the map of a cloud or a mesh.
+//! - [`Progress`] receives the progress and may stop the evaluation. A [`Sink`] receives returns, scans,
+//!   places and maps as they are scored. A [`Watch`] is one of them, both, or `()`.
+//! - A [`Report`] answers queries by name: [`Report::best`], [`Report::ranked`], [`Report::verdict_between`],
+//!   [`Report::score_of`]. It is the JSON of `dmp score --json`, read and written with serde.
+//!   [`join_reports`] joins two reports into one table; [`suite_report`] summarises those of several logs.
+//! - [`prelude`] has what most programs need, and a complete example; `crates/dmp/examples` has longer ones.
 //!
 //! The metric is that of Zhang & Chen, "A metric for evaluating 3D reconstruction and mapping
 //! performance with no ground truthing" (ICIP 2021), with what LiDAR needs beyond it; `docs/metric.md`
@@ -35,7 +35,7 @@
 //! let report = evaluate(log.as_ref(), &runs, &Config::default(), ())?;
 //! match report.best() {
 //!     Some(Best::Run(run)) => println!("best: {}", run.name),
-//!     _ => println!("it cannot be told which is best"),
+//!     _ => println!("no run is clearly the best"),
 //! }
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -115,10 +115,10 @@ pub use pose_at::PoseAt;
 pub use posed::{PosedLog, PosedScan};
 pub use progress::{Progress, Stage};
 pub use report::{
-    Best, ConfigReport, ConventionsReport, DepthNoiseReport, DropReport, EgoReport, EstimateReport,
-    FreeSpaceReport, InputReport, LeftOutReport, MapReport, MemoryReport, PairReport, PassTimes,
-    PlacesReport, PromiseReport, Report, RunInputReport, RunReport, SamplingReport, ScaleReport, ScaleScores,
-    SegmentReport, TileReport, Verdict, Warning, Withheld,
+    Best, COLUMNS, Column, ColumnUnit, ConfigReport, ConventionsReport, DepthNoiseReport, DropReport,
+    EgoReport, EstimateReport, FreeSpaceReport, InputReport, LeftOutReport, MapReport, MemoryReport,
+    PairReport, PassTimes, PlacesReport, PromiseReport, Report, RunInputReport, RunReport, SamplingReport,
+    ScaleReport, ScaleScores, SegmentReport, TileReport, Verdict, Withheld, columns_by_rank,
 };
 pub use sample::{Decide, Looks, Sample};
 pub use segment_length::SegmentLength;
@@ -133,7 +133,9 @@ pub use suite::{
     SuitePromiseReport, SuiteReport, suite_report,
 };
 pub use unposed::Unposed;
-pub use vet::{Found, LeftOut, Mend, PointTimes, PosesAs, Profile, Told, Vetted, profiles, vet, vet_outline};
+pub use vet::{
+    Found, LeftOut, Mend, PointTimes, PosesAs, Profile, VetSummary, Vetted, profiles, vet, vet_outline,
+};
 pub use watch::Watch;
 pub use work::in_threads;
 

@@ -1,4 +1,4 @@
-//! Maps alone: those that scores would speak of, and those of clouds.
+//! Makes maps without scores: of runs and of clouds.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -18,11 +18,11 @@ use crate::given::fuse_given;
 use crate::watch::Watch;
 use crate::work::{Work, pool};
 
-/// The maps of some runs, on disk as long as this lives.
+/// The maps of some runs, on disk as long as this value lives.
 #[derive(Debug)]
 pub struct RunMaps {
     maps: Vec<(String, Store)>,
-    /// Holds the stores; goes with them.
+    /// Owns the files of the stores.
     _work: Arc<Work>,
 }
 
@@ -33,11 +33,11 @@ impl RunMaps {
     }
 }
 
-/// Fuses the maps of `runs` from `log`, as [`evaluate`](crate::evaluate) does, and scores nothing: the
-/// maps that its scores would speak of. Scans without a pose in any of the runs are left out of all.
+/// Fuses the maps of `runs` from `log` as [`evaluate`](crate::evaluate) does, without scoring: they are the
+/// maps that would be scored. Scans without a pose in any of the runs are excluded from all.
 ///
 /// # Errors
-/// As [`evaluate`](crate::evaluate), which also keeps and takes up what was done in the same way.
+/// As [`evaluate`](crate::evaluate), which also writes and resumes checkpoints in the same way.
 pub fn fuse_maps<'a>(
     log: &'a dyn ScanLog,
     runs: &'a [Run],
@@ -53,30 +53,30 @@ pub fn fuse_maps<'a>(
     })
 }
 
-/// A map that was made of a cloud or a mesh.
+/// A map made of a cloud or a mesh.
 #[derive(Debug)]
 pub struct CloudMap {
-    /// The map, where it was asked for.
+    /// The map, at the requested path.
     pub store: Store,
     /// Occupied voxels without a surfel.
     pub thin_voxels: u64,
     /// Points, or triangles, that are not finite.
     pub points_dropped: u64,
-    /// What was made of the file, in words.
+    /// Conversions made, in words.
     pub notes: Vec<String>,
 }
 
-/// Points that span a surface in fewer of their voxels than this share are too sparse for voxels of this size.
+/// Below this share of voxels in which they span a surface, points are too sparse for the voxel size.
 const SPARSE: f64 = 0.25;
 
 impl CloudMap {
-    /// Where the points span a surface in hardly any of their voxels: that, in words.
+    /// A warning if the points span a surface in too few of their voxels.
     pub fn sparse(&self) -> Option<String> {
         sparse(&self.store, self.thin_voxels)
     }
 }
 
-/// The same of a map with so many voxels without a surfel.
+/// The same for a map with `thin_voxels` voxels without a surfel.
 pub(crate) fn sparse(map: &Store, thin_voxels: u64) -> Option<String> {
     let surfels = map.surfels();
     let voxels = surfels + thin_voxels;
@@ -90,11 +90,11 @@ pub(crate) fn sparse(map: &Store, thin_voxels: u64) -> Option<String> {
     })
 }
 
-/// Makes a map of a cloud or a mesh and writes it to `output`, as [`evaluate`](crate::evaluate) does with one that is
-/// given.
+/// Makes a map of a cloud or a mesh and writes it to `output`, as [`evaluate`](crate::evaluate) does with a
+/// given one.
 ///
 /// # Errors
-/// When the file cannot be read or the map cannot be written; then there is none at `output`, or the one that was.
+/// When the file cannot be read or the map cannot be written; `output` then is unchanged.
 pub fn map_of_cloud<'a>(
     cloud: &Path,
     output: &Path,
@@ -102,7 +102,7 @@ pub fn map_of_cloud<'a>(
     watch: impl Into<Watch<'a>>,
 ) -> Result<CloudMap, EvaluateError> {
     let progress = watch.into().progress;
-    // A cloud does not say what made it: it is taken for that of a drive.
+    // A cloud does not name its sensor: a drive is assumed.
     config.check()?;
     let any_range = Config { min_range_m: None, max_range_m: None, ..config.clone() };
     let (settings, means) = any_range.on_scales(Scales::Drive)?;

@@ -1,4 +1,4 @@
-//! Who gets how much of the memory: threads take what they need, and the rest is shared out by the numbers below.
+//! Divides the memory: threads take what they need, and the shares below divide the rest.
 
 use dmp_cast::{Answer, Query};
 use dmp_log::{LogFormat, ScanLog};
@@ -9,63 +9,65 @@ use crate::error::EvaluateError;
 use crate::extent::{Extent, TILE_SUMS_BYTES};
 use crate::settings::Means;
 
-// Of what tables and tiles may take, one pass at a time. The rest is what the C library holds and nobody uses: lists are
-// freed in another order than they are made, measured up to a third (docs/performance.md).
+// Shares of the memory for tables and tiles, one pass at a time. The remainder covers fragmentation: the C
+// library holds freed memory because lists are freed in another order than allocated, measured up to a third
+// (docs/performance.md).
 
-/// The maps under construction, all together.
+/// The maps under construction, together.
 const FUSE_SHARE: f64 = 0.5;
-/// The tiles of all maps while rays are cast.
+/// The tiles of all maps during the cast.
 const CAST_SHARE: f64 = 0.55;
-/// The tiles that rays are counted in, and the counts, while trails are looked for.
+/// The tiles in which rays are counted, and the counts, during the search for trails.
 const COUNTED_TILES_SHARE: f64 = 0.3;
 const COUNTS_SHARE: f64 = 0.2;
-/// Free voxels while maps are fused without them.
+/// Free voxels while maps are fused without trails.
 const FREE_VOXELS_SHARE: f64 = 0.1;
-/// The one map that is made of a cloud, of all memory.
+/// The one map made of a cloud, of all memory.
 const CLOUD_MAP_SHARE: f64 = 0.5;
-/// The tiles of a map that is put together of patches, of all memory, on all threads.
+/// The tiles of a map assembled from patches, of all memory, on all threads.
 const PATCHED_TILES_SHARE: usize = 3;
 
-// What there is before anything is shared:
+// Fixed memory, before anything is shared:
 
-/// What the program takes by itself, bytes.
+/// The program itself, bytes.
 const PROGRAM_BYTES: usize = 8 << 20;
-/// Returns handled at a time, those of all runs together: bounds the memory of a thread however large a
-/// scan is and however many the runs are. No number depends on it.
+/// Returns processed at a time, over all runs: limits the memory of a thread for any size of scan and number
+/// of runs. No number depends on it.
 pub(crate) const BLOCK_RAYS: usize = 28 << 10;
-/// Least returns of a block, however many the runs are.
+/// Least returns of a block, for any number of runs.
 pub(crate) const MIN_BLOCK_RETURNS: usize = 1 << 10;
-/// Times of a scan whose poses are kept while it lasts: more than sensors have directions in a turn.
+/// Most point times of a scan whose poses are cached: more than sensors have directions in a turn.
 pub(crate) const KNOWN_TIMES: usize = 4 << 10;
-/// What each of them takes by itself, in a table that is at most half full.
+/// Memory of each of them, in a table that is at most half full.
 const KNOWN_TIME_BYTES: usize = 4 * size_of::<(i64, usize)>();
-/// What a thread takes for each ray of a block: the ray, its time, its question, its answer, its residuals; and a quarter
-/// for lists that grow.
+/// Memory of a thread per ray of a block: ray, time, query, answer, residuals; plus a quarter for growing
+/// lists.
 const RAY_BYTES: usize =
     (size_of::<Ray>() + size_of::<i64>() + size_of::<Query>() + size_of::<Answer>() + size_of::<Residuals>())
         / 4
         * 5;
-/// What it takes for each return of a scan: coordinates, a time, and the growth of their lists.
+/// Memory of a thread per return of a scan: coordinates, a time, and growing lists.
 const RETURN_BYTES: usize = 32;
-/// Packets of rays on their way, a tile in hand, and what it is built of.
+/// Packets of rays in flight, the current tile and its construction.
 const THREAD_BYTES: usize = 2 << 20;
-/// What a pose of a run takes: a stamp, the pose, and a copy in each frame that it is told in.
+/// Memory of a pose: a stamp, the pose, and a copy in each frame in use.
 const POSE_BYTES: usize = 4 * (size_of::<Isometry3<f64>>() + size_of::<i64>());
-/// What a scan of the log takes: its place in the index, in the plan, in jobs.
+/// Memory of a scan of the log: its entries in the index, the plan and the jobs.
 const FRAME_BYTES: usize = 256;
-/// Reducers, and sums of tiles, beside those of the threads: what was kept, what is merged, and two copies to be kept.
+/// Copies of reducers and tile sums beside those of the threads: the stored one, the merged one, and two to
+/// be stored.
 const MERGED: usize = 4;
-/// Least that the sums of a run's map need.
+/// Least memory for the sums of a run's map.
 const LEAST_TABLE_BYTES: usize = 1 << 20;
-/// What a return takes while the scans of a place are held, bytes: coordinates and a time.
+/// Memory of a return while the scans of a place are held, bytes: coordinates and a time.
 const HELD_RETURN_BYTES: u64 = 20;
-/// Least memory for the maps of a place beside what its thread cannot do without, bytes.
+/// Least memory for the maps of a place, beside its thread's fixed part, bytes.
 const LEAST_PLACE_BYTES: usize = 32 << 20;
 
-/// How the memory that was asked for is shared out.
+/// The shares of the given memory.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Budget {
-    /// What there is before anything is shared, bytes.
+    /// The fixed part, bytes.
     fixed_bytes: usize,
     tables_bytes: usize,
 }
@@ -74,7 +76,7 @@ impl Budget {
     /// The shares for a log and some runs.
     ///
     /// # Errors
-    /// When the memory asked for is too little for the threads and the runs.
+    /// When the given memory is too small for the threads and the runs.
     pub(crate) fn new(log: &dyn ScanLog, extent: Extent, means: &Means) -> Result<Self, EvaluateError> {
         let largest_scan = log.frames().iter().map(|frame| frame.returns).max().unwrap_or(0) as usize;
         let row_bytes = log.summary().point_bytes as usize;
@@ -97,22 +99,22 @@ impl Budget {
         Ok(Self { fixed_bytes, tables_bytes: asked - fixed_bytes })
     }
 
-    /// The memory of an evaluation in which so many bytes of tiles have room while rays are cast.
+    /// The memory of an evaluation with room for this many bytes of tiles during the cast.
     pub(crate) fn memory_for_tiles(&self, tiles_bytes: u64) -> u64 {
         self.fixed_bytes as u64 + (tiles_bytes as f64 / CAST_SHARE) as u64
     }
 
-    /// For the sums of each of so many maps that are fused at once, bytes.
+    /// For the sums of each of several maps fused at once, bytes.
     pub(crate) fn map_bytes(&self, maps: usize) -> usize {
         self.share(FUSE_SHARE) / maps.max(1)
     }
 
-    /// For the tiles of all maps while rays are cast, bytes.
+    /// For the tiles of all maps during the cast, bytes.
     pub(crate) fn cast_bytes(&self) -> usize {
         self.share(CAST_SHARE)
     }
 
-    /// For each of so many runs while trails are looked for, bytes.
+    /// For each of several runs during the search for trails, bytes.
     pub(crate) fn trails(&self, runs: usize) -> TrailBytes {
         TrailBytes {
             tiles: self.share(COUNTED_TILES_SHARE) / runs,
@@ -126,21 +128,21 @@ impl Budget {
     }
 }
 
-/// The memory of one run while trails are looked for, bytes.
+/// The memory of one run during the search for trails, bytes.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct TrailBytes {
-    /// Tiles that rays are counted in.
+    /// Tiles in which rays are counted.
     pub(crate) tiles: usize,
     /// The counts.
     pub(crate) counts: usize,
-    /// The voxels found to be free.
+    /// The voxels detected as free.
     pub(crate) free_voxels: usize,
 }
 
-/// What threads that score places need.
+/// The memory needs of threads that score places.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PlaceNeeds {
-    /// Most returns of the scans of a place, and of one scan, as far as is known.
+    /// Most returns of the scans of a place, and of one scan, as far as known.
     pub(crate) returns: u64,
     pub(crate) largest_scan: u64,
     /// Bytes of a point in the log.
@@ -154,10 +156,10 @@ pub(crate) struct PlaceNeeds {
 }
 
 impl PlaceNeeds {
-    /// As many threads as the memory allows for so many places, and the means of each.
+    /// The number of threads that the memory allows for this many places, and the resources of each.
     ///
     /// # Errors
-    /// When it is too little for one.
+    /// When it is too small for one thread.
     pub(crate) fn share(&self, means: &Means, places: usize) -> Result<(usize, Means), EvaluateError> {
         let (held_bytes, runs) = ((self.returns * HELD_RETURN_BYTES) as usize, self.place.runs);
         let largest_scan = self.largest_scan as usize;
@@ -177,19 +179,19 @@ impl PlaceNeeds {
 }
 
 impl Means {
-    /// For the one map that is made of a cloud, bytes.
+    /// For the one map made of a cloud, bytes.
     pub(crate) fn cloud_map_bytes(&self) -> usize {
         (CLOUD_MAP_SHARE * self.memory_bytes as f64) as usize
     }
 
-    /// For the tiles of a map that is put together of patches, on each thread, bytes.
+    /// For the tiles of a map assembled from patches, on each thread, bytes.
     pub fn patched_tiles_bytes(&self) -> usize {
         self.memory_bytes / PATCHED_TILES_SHARE / self.threads
     }
 }
 
 impl Extent {
-    /// What there is before anything is shared, bytes, where a thread needs so much.
+    /// The fixed part, bytes, given the needs of a thread.
     fn fixed_bytes(&self, threads: usize, thread: usize, frames: usize) -> usize {
         let Self { runs, poses, tiles } = *self;
         let sums = threads.saturating_add(MERGED).saturating_mul(tiles.saturating_mul(TILE_SUMS_BYTES));
@@ -203,7 +205,7 @@ impl Extent {
     }
 }
 
-/// What a thread needs.
+/// The memory needs of a thread.
 fn thread_bytes(largest_scan: usize, largest_read: usize, row_bytes: usize, runs: usize) -> usize {
     // Packed and unpacked.
     let reader = 2 * largest_read.saturating_mul(row_bytes);

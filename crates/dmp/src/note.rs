@@ -1,48 +1,48 @@
-//! What is worth knowing while an evaluation goes on.
+//! Notes during an evaluation.
 
 use std::fmt;
 use std::path::PathBuf;
 
 use crate::setting_name::SettingName;
 
-/// Something worth knowing while an evaluation goes on.
+/// A note during an evaluation.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Note {
-    /// Words that stand for themselves.
+    /// Plain text.
     Words(String),
-    /// Tiles will be loaded more often than once a visit, as there is too little memory for those in reach of the sensor:
-    /// told before any map is made.
+    /// Tiles will be loaded repeatedly, since memory is too small for those in reach of the sensor: reported before any
+    /// map is made.
     TilesBeyondMemory {
-        /// Of the tiles in reach, at most, about.
+        /// Approximate peak bytes of the tiles in reach.
         needed_bytes: u64,
-        /// There is for them.
+        /// Bytes available for them.
         budget_bytes: u64,
-        /// The memory of an evaluation that has room for all of them, about.
+        /// Approximate memory of an evaluation with room for all of them.
         memory_bytes: u64,
     },
-    /// An evaluation that failed left what it did, to be gone on with.
+    /// A failed evaluation left a checkpoint.
     WorkKept {
-        /// Where.
+        /// Its path.
         folder: PathBuf,
     },
 }
 
 impl Note {
-    /// The message, with the words that `name` has for settings.
+    /// The message, with `name`'s names for settings.
     pub fn message_with(&self, name: &dyn Fn(SettingName) -> String) -> String {
         match self {
             Self::Words(words) => words.clone(),
             Self::TilesBeyondMemory { needed_bytes, budget_bytes, memory_bytes } => format!(
-                "the tiles in reach of the sensor will take about {} MiB, more than the {} MiB there are for them: they are \
-                 loaded again and again, which may take many times as long; {} {}MiB would do",
+                "the tiles in reach of the sensor take about {} MiB, more than the {} MiB available: they are loaded \
+                 repeatedly, which may take many times as long; {} {}MiB is enough",
                 needed_bytes.div_ceil(1 << 20),
                 budget_bytes >> 20,
                 name(SettingName::Memory),
                 memory_bytes.div_ceil(1 << 20)
             ),
             Self::WorkKept { folder } => format!(
-                "what was done so far is kept in {}: the same command with {} goes on",
+                "finished work is kept in {}: run the same command with {} to continue",
                 folder.display(),
                 name(SettingName::Resume)
             ),

@@ -1,16 +1,16 @@
-//! The frame in which a run is scored: it follows from where the sensor was in the log's scans, whichever way the run's
-//! own frame lies.
+//! Computes the canonical frame in which a run is scored: it depends only on the sensor's path in the log's
+//! scans, not on the run's own frame.
 //!
-//! A map is a grid of voxels, and where a surface lies in its voxels shows in what rays predict. SLAM systems put their
-//! world where they like: the first pose, gravity, north. So every run is first moved, rigidly and by what it says of the
-//! way itself, to where any other would lie that went the same way. Two runs that differ by a rigid motion then have one
-//! map. From here on `world` is that frame, and `own` that of the run's trajectory, in which users get what they are
-//! told.
+//! A map is a grid of voxels, and the position of a surface within its voxels affects the predictions. SLAM
+//! systems place their world differently: at the first pose, along gravity, to the north. So every run is
+//! first moved rigidly, by its own path, to a frame that any other run of the same path would get. Two runs
+//! that differ by a rigid motion then have one map. From here on `world` is that frame, and `own` that of the
+//! run's trajectory, in which users get their results.
 //!
-//! In the frame found so, the way lies level and along an axis; what is built along streets does too, and a flat ground
-//! would lie at one height in its voxels everywhere, good or bad luck for the whole map. So the frame is tilted against
-//! that by a few degrees about each axis: every surface crosses its voxels at all heights within a few metres, and luck
-//! evens out.
+//! In the frame found so, the path lies level and along an axis, and so does what is built along streets. A
+//! flat ground would lie at one height in its voxels everywhere: good or bad luck for the whole map. So the
+//! frame is tilted by a few degrees about each axis. Every surface then crosses its voxels at all heights
+//! within a few metres, and the luck averages out.
 
 use dmp_map::{Store, smallest_eigenvector};
 use dmp_sensor::{Isometry3, Matrix3, Quaternion, Rotation3, Trajectory, UnitQuaternion, Vector3};
@@ -25,24 +25,24 @@ use crate::run_poses::RunPoses;
 use crate::run_state::{RunState, poses_of};
 use crate::settings::Settings;
 
-/// How far a sensor sees about itself, metres of a drive, and how far along its own z axis: with the places it was at,
-/// that makes the extent of what it saw.
+/// Range of the sensor for the extent of what it saw: to all sides, metres of a drive, and along its own z
+/// axis. Applied at every sensor position.
 const REACH_M: f64 = 20.0;
 const REACH_ALONG_Z_M: f64 = 3.0;
-/// Weights over the time of the log by which the way is told from its way back: Legendre polynomials up to this.
+/// Weights over time that distinguish the path from its reverse: Legendre polynomials up to this degree.
 const HARMONICS: usize = 8;
-/// Turns about x, y and z, in this order, by 5, 4 and 7 degrees: the slopes of level and upright planes in the frame lie
-/// between 0.06 and 0.13. As (x, y, z, w).
+/// Rotation about x, y and z, in this order, by 5, 4 and 7 degrees: the slopes of level and upright planes in
+/// the frame lie between 0.06 and 0.13. As (x, y, z, w).
 const TILT: [f64; 4] = [0.045_640_04, 0.032_139_97, 0.062_472_74, 0.996_484_4];
 
-/// What turns the level frame of a way into the one that it is scored in.
+/// The rotation from the level frame of a path to the one in which it is scored.
 pub(crate) fn tilt() -> UnitQuaternion<f64> {
     let [i, j, k, w] = TILT;
     UnitQuaternion::from_quaternion(Quaternion::new(w, i, j, k))
 }
 
-/// Brings `runs` into frames of their own making; one whose map is a store, into that of the store. `stores` are those of
-/// the runs, in their order.
+/// Moves `runs` into their canonical frames, or into the frame of the store if the map is one. `stores` are
+/// those of the runs, in their order.
 ///
 /// # Errors
 /// When a run and the log do not belong together.
@@ -98,8 +98,8 @@ pub(crate) fn place<'a>(
     Ok(runs)
 }
 
-/// When the sensor was where every run has it in the middle of a scan, whether stamps are those of a scan's start or of
-/// its end: the scans, and how long after their stamps. The stamps themselves, should no run have a pose in any middle.
+/// Scans, and times after their stamps, at which every run has a pose in the middle of the scan, whether
+/// stamps mark a scan's start or end. The stamps themselves, if no run has a pose in any middle.
 fn seen_by_all<'d, M>(
     drive: &'d Drive,
     runs: &[RunState<'_, M>],
@@ -117,9 +117,9 @@ fn seen_by_all<'d, M>(
     }
 }
 
-/// The frame of a way of the sensor, seen from the one its poses are told in: its origin is the mean place, z the
-/// direction in which what was seen has least extent, x that in which the way, weighed over time, leads furthest; then
-/// tilted.
+/// The frame of a sensor path, relative to the frame of its poses, with the tilt. Its origin is the mean
+/// position. z is the direction of least extent of what was seen. x is the direction in which the path,
+/// weighted over time, leads farthest.
 fn frame_of(poses: &[Isometry3<f64>], metre_m: f64) -> Isometry3<f64> {
     let count = poses.len().max(1) as f64;
     let mean = poses.iter().map(|pose| pose.translation.vector).sum::<Vector3<f64>>() / count;
@@ -135,7 +135,7 @@ fn frame_of(poses: &[Isometry3<f64>], metre_m: f64) -> Isometry3<f64> {
     }
     let upper = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].map(|at| extent[at]);
     let z = Vector3::from(smallest_eigenvector(upper).0);
-    // Up is where the sensor has it: along that of its axes which says most of it.
+    // Up follows the sensor: the axis of it that is most parallel to z.
     let leaning = longest(axes.into_iter().map(|axis| z * axis.dot(&z)));
     let z = if leaning.dot(&z) < 0.0 { -z } else { z };
 
@@ -147,7 +147,7 @@ fn frame_of(poses: &[Isometry3<f64>], metre_m: f64) -> Isometry3<f64> {
             *moment += (pose.translation.vector - mean) * (weight / count);
         }
     }
-    // Where the sensor hardly moves, the way its axes point says more.
+    // If the sensor barely moves, the directions of its axes determine x.
     let leads = longest(moments.into_iter().chain(axes.map(|axis| axis * metre_m)).map(level));
     let any = longest([Vector3::x(), Vector3::y()].into_iter().map(level));
     let x = leads.try_normalize(0.0).unwrap_or_else(|| any.normalize());
@@ -158,7 +158,7 @@ fn frame_of(poses: &[Isometry3<f64>], metre_m: f64) -> Isometry3<f64> {
     Isometry3::from_parts((-(rotation * mean)).into(), rotation)
 }
 
-/// The longest of some vectors, the first of those; zero of none.
+/// The longest of some vectors, the first of equal ones; zero without any.
 fn longest(vectors: impl Iterator<Item = Vector3<f64>>) -> Vector3<f64> {
     vectors.fold(Vector3::zeros(), |longest, vector| {
         if vector.norm_squared() > longest.norm_squared() { vector } else { longest }
@@ -179,7 +179,7 @@ fn legendre(t: f64) -> [f64; HARMONICS] {
 mod tests {
     use super::*;
 
-    /// A drive round a block, level but for a hill, the sensor looking ahead; every pose off by what `noise` says.
+    /// A drive round a block, level but for a hill, the sensor looking ahead; `noise` displaces every pose.
     fn drive(noise: impl Fn(usize) -> Vector3<f64>) -> Vec<Isometry3<f64>> {
         let pose = |k: usize| {
             let along = k as f64 / 100.0;
@@ -233,7 +233,7 @@ mod tests {
         for size_m in [0.001, 0.03] {
             let (a, b) = (drive(noise(size_m, 1.0)), drive(noise(size_m, 5.0)));
             let by = frame_of(&a, 1.0) * frame_of(&b, 1.0).inverse();
-            // Hundreds of poses: the frames agree better than any pose does.
+            // Over hundreds of poses, the frames agree better than single poses do.
             let (metres, radians) = apart(&by, &Isometry3::identity());
             assert!(metres < size_m && 100.0 * radians < size_m, "{size_m}: {metres} m {radians} rad");
         }
@@ -251,7 +251,7 @@ mod tests {
             let slope = tilt[(k, l)].abs();
             assert!((0.05..0.13).contains(&slope), "{k} {l}: {slope}");
         }
-        // A sensor that is mounted upside down has its map upside down, and a car that goes nowhere has one too.
+        // A sensor that is mounted upside down has its map upside down; the same holds for a standing car.
         let turned = UnitQuaternion::from_euler_angles(std::f64::consts::PI, 0.0, 0.0);
         let hung: Vec<_> = drive(still).iter().map(|pose| pose * turned).collect();
         assert!((frame_of(&hung, 1.0) * Vector3::z()).z < -0.99);

@@ -1,22 +1,22 @@
-//! Memory as the system counts it.
+//! Memory as counted by the operating system.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
 static PEAK: AtomicU64 = AtomicU64::new(0);
 
-/// Memory of this machine in bytes, where the system tells.
+/// Memory of this machine in bytes, if the system reports it.
 pub fn machine_memory_bytes() -> Option<u64> {
     kilobytes("/proc/meminfo", "MemTotal:")
 }
 
-/// The largest anonymous memory seen by the evaluations of this process, bytes; `None` where the
-/// system does not tell. Looked at after every few frames of every thread.
+/// The largest anonymous memory seen by the evaluations of this process, bytes; `None` if the system does not
+/// report it. Sampled after every few frames of every thread.
 pub fn peak_anonymous_bytes() -> Option<u64> {
     let peak = PEAK.load(Ordering::Relaxed);
     (peak > 0).then_some(peak)
 }
 
-/// Looks at the memory that this process allocated, mapped files not counted, and remembers the largest.
+/// Samples the memory that this process allocated, without mapped files, and keeps the largest.
 pub(crate) fn look() {
     if let Some(bytes) = kilobytes("/proc/self/status", "RssAnon:") {
         PEAK.fetch_max(bytes, Ordering::Relaxed);

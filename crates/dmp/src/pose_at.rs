@@ -1,23 +1,23 @@
-//! At which instant of its scan a pose holds.
+//! The instant of a scan at which a pose holds.
 
 use std::fmt;
 use std::str::FromStr;
 
 use dmp_log::LogSummary;
 
-/// At which instant of its scan a pose holds whose stamp is that of the scan. As text (`FromStr`, `Display`): `stamp`,
-/// `start`, `middle`, `end`.
+/// The instant of a scan at which a pose with the scan's stamp holds. As text (`FromStr`, `Display`):
+/// `stamp`, `start`, `middle`, `end`.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum PoseAt {
     /// At its stamp.
     #[default]
     Stamp,
-    /// When the first return of the scan was measured.
+    /// At the first return of the scan.
     Start,
-    /// Halfway between the first and the last.
+    /// Halfway between the first and the last return.
     Middle,
-    /// When the last was.
+    /// At the last return.
     End,
 }
 
@@ -25,7 +25,7 @@ impl PoseAt {
     /// Every instant.
     pub const ALL: [Self; 4] = [Self::Stamp, Self::Start, Self::Middle, Self::End];
 
-    /// How long after the stamp of a scan of this log that is, nanoseconds.
+    /// The time from the stamp of a scan of this log to the instant, nanoseconds.
     pub fn after_stamp_ns(self, log: &LogSummary) -> i64 {
         let [first_ns, last_ns] = log.sweep_ns;
         match self {
@@ -53,6 +53,8 @@ impl FromStr for PoseAt {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let found = Self::ALL.into_iter().find(|at| at.to_string() == text);
-        found.ok_or_else(|| format!("`{text}` is no instant of a scan: it is start, middle, end or stamp"))
+        found.ok_or_else(|| {
+            format!("`{text}` is not an instant of a scan: choose start, middle, end or stamp")
+        })
     }
 }

@@ -1,4 +1,4 @@
-//! The used returns of a log as rays: for those who make something else of them than scores.
+//! Provides the used returns of a log as rays, for purposes other than scores.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -19,23 +19,23 @@ use crate::run_state::{RunState, poses_of};
 use crate::settings::{Means, Settings};
 use crate::watch::Watch;
 
-/// A log with one run's poses: which scans and returns are used is decided as for [`evaluate`](crate::evaluate). The
-/// poses are taken as they are given.
+/// A log with one run's poses. Scans and returns are selected as by [`evaluate`](crate::evaluate); the poses
+/// are used as given.
 pub struct PosedLog<'a>(Evaluation<'a, ()>);
 
-/// A scan that is used.
+/// A used scan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PosedScan {
     /// Its number in the log.
     pub number: usize,
-    /// Its stamp with the time offset, nanoseconds; `None` where the log has none.
+    /// Its stamp with the time offset, nanoseconds; `None` if the log has none.
     pub stamp_ns: Option<i64>,
     /// Returns in it, used or not.
     pub returns: u64,
 }
 
 impl<'a> PosedLog<'a> {
-    /// Decides which scans and returns are used, and the edge of voxels. Reads a sample of scans.
+    /// Selects scans, returns and the voxel edge. Reads a sample of scans.
     ///
     /// # Errors
     /// As [`evaluate`](crate::evaluate) before it reads the log.
@@ -46,8 +46,8 @@ impl<'a> PosedLog<'a> {
         watch: impl Into<Watch<'a>>,
     ) -> Result<Self, EvaluateError> {
         let runs = std::slice::from_ref(run);
-        // There is nothing to go on from, and nothing is kept.
-        // Scans between keyframes lie where these put them: what is compared are graphs, all with the same keyframes.
+        // Nothing is resumed or checkpointed. Scans between keyframes are interpolated over any gap: the
+        // compared graphs all have the same keyframes.
         let max_time_gap_ns = config.max_time_gap_ns.unwrap_or_else(|| run.trajectory.usual_gap_ns());
         let config = Config {
             checkpoint_every: None,
@@ -61,17 +61,17 @@ impl<'a> PosedLog<'a> {
         task.plan_placed(vec![RunState::new(runs, 0, poses, ())], None).map(Self)
     }
 
-    /// The settings as they hold on this log.
+    /// The resolved settings on this log.
     pub fn settings(&self) -> &Settings {
         &self.0.settings
     }
 
-    /// What it may use.
+    /// The resources.
     pub fn means(&self) -> &Means {
         &self.0.means
     }
 
-    /// Edge of the voxels that maps of this log are to have, metres.
+    /// Edge of the voxels for maps of this log, metres.
     pub fn voxel_m(&self) -> f64 {
         self.0.plan.voxel.voxel_m
     }
@@ -81,23 +81,23 @@ impl<'a> PosedLog<'a> {
         self.0.plan.frames().iter().map(posed_scan)
     }
 
-    /// How far along the way each of them is, metres.
+    /// The path length up to each of them, metres.
     pub fn along_m(&self) -> &[f64] {
         &self.0.plan.along_m
     }
 
-    /// Where the run has the body at one of [`Self::scans`], in the run's own world, and where that lies among the run's own
-    /// poses: the number of a pose, with a fraction between two. `None` where it has none there.
+    /// The body's pose in the run's own world at one of [`Self::scans`], and its position among the run's own
+    /// poses: the number of a pose, with a fraction between two. `None` without a pose.
     pub fn body_at(&self, ordinal: usize) -> Option<(f64, Isometry3<f64>)> {
         let frame = self.0.plan.frames().get(ordinal)?;
         self.0.runs.first()?.poses.body_of_frame(frame)
     }
 
-    /// Reads the log once and gives `take` the rays of every scan in use with the scan's place among
-    /// [`Self::scans`], from several threads at once. Says what became of all returns.
+    /// Reads the log once and passes `take` the rays of every scan in use with its index in [`Self::scans`],
+    /// from several threads at once. Returns the counts of all returns.
     ///
     /// # Errors
-    /// When the log cannot be read, and the first that `take` gives.
+    /// When the log cannot be read, and the first error of `take`.
     pub fn each<E: From<EvaluateError> + Send>(&self, take: &Take<'_, E>) -> Result<ReturnCounts, E> {
         let Evaluation { log, means, plan, runs, progress, .. } = &self.0;
         progress.begin(Stage::Fuse, plan.returns());
@@ -134,15 +134,15 @@ fn posed_scan(frame: &PlannedFrame) -> PosedScan {
     PosedScan { number: frame.number, stamp_ns: frame.stamp_ns, returns: frame.returns }
 }
 
-/// Is given a scan's place and rays.
+/// Called with a scan's index and its rays.
 type Take<'a, E> = dyn Fn(usize, &[Ray]) -> Result<(), E> + Sync + 'a;
 
-/// What a thread does with a scan.
+/// Work of a thread on a scan.
 struct Taker<'a, E> {
     poser: Poser<'a>,
     rays: Vec<Ray>,
     take: &'a Take<'a, E>,
-    /// What went wrong there first.
+    /// The first error of `take`.
     failed: &'a Mutex<Option<E>>,
     counts: ReturnCounts,
     progress: &'a dyn Progress,
@@ -158,7 +158,7 @@ impl<E: From<EvaluateError> + Send> Worker for Taker<'_, E> {
         })?;
         if let Err(error) = (self.take)(ordinal, rays) {
             self.failed.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
-            // What it was is told to the one who asked.
+            // The caller gets the original error.
             return Err(EvaluateError::Cancelled);
         }
         self.counts.merge(&counts);

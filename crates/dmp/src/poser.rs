@@ -1,4 +1,4 @@
-//! The rays that returns make in each run.
+//! Converts returns into rays, in each run.
 
 use dmp_cast::Query;
 use dmp_sensor::{
@@ -17,7 +17,7 @@ pub(crate) struct Block<'a> {
     runs: &'a [PosedRun<'a>],
     /// Time of each after the scan's stamp, nanoseconds.
     pub(crate) offsets_ns: &'a [i64],
-    /// As the sensor has them, metres.
+    /// In the sensor frame, metres.
     pub(crate) points_in_sensor_m: &'a [[f32; 3]],
 }
 
@@ -27,13 +27,13 @@ impl Block<'_> {
         &self.runs[run].rays
     }
 
-    /// How many returns.
+    /// Number of returns.
     pub(crate) fn len(&self) -> usize {
         self.offsets_ns.len()
     }
 }
 
-/// Turns scans into rays, one for every run and every return that is used.
+/// Converts scans into rays, one for every run and every used return.
 #[derive(Debug)]
 pub(crate) struct Poser<'a> {
     filter: &'a ReturnFilter,
@@ -43,15 +43,15 @@ pub(crate) struct Poser<'a> {
     points_in_sensor_m: Vec<[f32; 3]>,
 }
 
-/// One run on its way through the scans.
+/// The state of one run.
 #[derive(Debug)]
 struct PosedRun<'a> {
     poses: &'a RunPoses,
     cursor: TrackCursor<'a>,
-    /// How poses are found in the scan at hand, and the one of the returns at hand.
+    /// How poses are found in the current scan, and the pose of the current returns.
     of_scan: ScanPose,
     world_from_sensor: Isometry3<f64>,
-    /// Of the block at hand.
+    /// For the current block.
     rays: Vec<Ray>,
 }
 
@@ -75,7 +75,8 @@ impl<'a> Poser<'a> {
         }
     }
 
-    /// Gives `each` the scan's used returns, block by block. Every return of the scan is counted in the answer.
+    /// Passes `each` the scan's used returns, block by block. The returned counts cover every return of the
+    /// scan.
     pub(crate) fn blocks<E>(
         &mut self,
         frame: &PlannedFrame,
@@ -93,7 +94,7 @@ impl<'a> Poser<'a> {
         let block_returns = (BLOCK_RAYS / self.runs.len().max(1)).max(MIN_BLOCK_RETURNS);
         self.clear();
         self.known.clear();
-        // The beams of a firing share their time, and so their poses.
+        // The beams of a firing share their time and thus their poses.
         let mut posed_at_ns = None;
         for (index, &point) in scan.points_in_sensor_m.iter().enumerate() {
             if let Err(reason) = self.filter.check(point) {
@@ -129,9 +130,9 @@ impl<'a> Poser<'a> {
         Ok(counts)
     }
 
-    /// Gives `each` where some used returns of the scan lie in each run, metres in the frames that `own_from_world` leads to, and
-    /// the number of the run; runs without such a frame are left out. Of the scan's returns those are taken whose index
-    /// `is_drawn`, so that others cost nothing.
+    /// Passes `each` the positions of some used returns of the scan in each run, metres in the frames of
+    /// `own_from_world`, and the number of the run; runs without such a frame are skipped. Only returns whose
+    /// index `is_drawn` are used; the others cost nothing.
     pub(crate) fn endpoints(
         &mut self,
         frame: &PlannedFrame,
@@ -167,7 +168,7 @@ impl<'a> Poser<'a> {
         }
     }
 
-    /// Gives the runs their poses so long after the scan's stamp; `false` where one of them has none.
+    /// Moves the runs to this time after the scan's stamp; `false` if one has no pose there.
     fn move_to(&mut self, offset_ns: i64) -> bool {
         if let Some(poses) = self.known.of(offset_ns) {
             self.runs.iter_mut().zip(poses).for_each(|(run, pose)| run.world_from_sensor = *pose);
@@ -180,7 +181,7 @@ impl<'a> Poser<'a> {
         is_found
     }
 
-    /// Makes the rays of the points that have none yet, all at the poses at hand: those of a firing in one loop.
+    /// Computes the rays of the new points, all at the current poses: those of a firing in one loop.
     fn pose_points(&mut self) {
         for run in &mut self.runs {
             let (pose, posed) = (run.world_from_sensor, run.rays.len());
@@ -202,7 +203,7 @@ impl<'a> Poser<'a> {
 }
 
 impl PosedRun<'_> {
-    /// Finds the pose of the returns so long after the scan's stamp; `false` where there is none.
+    /// Finds the pose of the returns at this time after the scan's stamp; `false` if there is none.
     fn move_to(&mut self, offset_ns: i64) -> bool {
         let pose = match self.of_scan {
             ScanPose::Rigid(pose) => Some(pose),
@@ -217,7 +218,7 @@ impl PosedRun<'_> {
     }
 }
 
-/// What is asked of a map along a ray; `segment` is that in which the return was measured, where the map knows of any.
+/// The query along a ray; `segment` is that in which the return was measured, for maps with segments.
 pub(crate) fn query_of(ray: &Ray, segment: Option<i32>) -> Query {
     Query {
         origin_in_world_m: ray.origin_in_world,

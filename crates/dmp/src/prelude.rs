@@ -1,7 +1,7 @@
-//! What a program that scores logs needs, in one `use`.
+//! Everything that a program which scores logs needs, in one `use`.
 //!
-//! Names from this crate, and of those below it what opens logs ([`open_log`], [`MemoryLog`]) and what runs are made of
-//! ([`Trajectory`], [`Scan`], [`Isometry3`]).
+//! Re-exports from this crate, and from the crates below it what opens logs ([`open_log`], [`MemoryLog`]) and
+//! what runs are made of ([`Trajectory`], [`Scan`], [`Isometry3`]).
 //!
 //! ```
 //! use dmp::prelude::*;

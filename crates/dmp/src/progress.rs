@@ -1,36 +1,36 @@
-//! What is being done at the moment, told to whoever wants to show it, who may also stop it.
+//! The progress of an evaluation, for a watcher that shows it and may stop it.
 
 use crate::note::Note;
 
-/// What is being done at the moment.
+/// The current stage.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Stage {
-    /// Scans are read by which runs are vetted, counted in scans; then runs are, counted in runs.
+    /// Scans are read for vetting, counted in scans; then runs are vetted, counted in runs.
     Vet,
-    /// A sample of scans is looked at: the vehicle, the density. Counted in scans.
+    /// A sample of scans is surveyed: the vehicle, the density. Counted in scans.
     Survey,
     /// The map of a run is read from a file. Counted in points.
     ReadMap,
     /// Returns are fused into every run's map. Counted in returns.
     Fuse,
-    /// Surfels are made and stored. Counted in tiles.
+    /// Surfels are computed and stored. Counted in tiles.
     Surfels,
-    /// What returns' rays pass through is counted, to find trails. Counted in returns.
+    /// The rays of returns are counted in every map, to find trails. Counted in returns.
     Trails,
     /// Returns are cast into every run's map. Counted in returns.
     Cast,
-    /// Visits to the same places are brought onto each other. Counted in pairs of visits.
+    /// Pairs of visits are registered. Counted in pairs of visits.
     Drift,
-    /// Places are scored, each by itself. Counted in places.
+    /// Places are scored one by one. Counted in places.
     Places,
-    /// Returns that were kept of several results are compared. Counted in returns.
+    /// Saved returns of several results are compared. Counted in returns.
     Compare,
-    /// Loop candidates are tried, each by itself. Counted in candidates.
+    /// Loop candidates are tried one by one. Counted in candidates.
     Candidates,
 }
 
-/// Follows how far an evaluation is, and may stop it; called from several threads at once. `()` does neither.
+/// Follows an evaluation and may stop it; called from several threads at once. `()` does neither.
 ///
 /// ```
 /// use std::sync::atomic::{AtomicU64, Ordering};
@@ -49,23 +49,24 @@ pub enum Stage {
 /// }
 /// ```
 pub trait Progress: Sync {
-    /// A stage begins; `total` is what [`Progress::advance`] will add up to, 0 where that is not known.
+    /// A stage begins; `total` is the final sum of [`Progress::advance`], 0 if unknown.
     fn begin(&self, stage: Stage, total: u64) {
         let _ = (stage, total);
     }
 
-    /// So much more of the stage is done.
+    /// This much more of the stage is done.
     fn advance(&self, amount: u64) {
         let _ = amount;
     }
 
-    /// Something worth knowing while the evaluation goes on.
+    /// A note while the evaluation runs.
     fn note(&self, note: &Note) {
         let _ = note;
     }
 
-    /// Whether to stop: asked before every frame. The evaluation then ends with
-    /// [`EvaluateError::Cancelled`](crate::EvaluateError::Cancelled) and leaves nothing behind but what [`Config::checkpoint_every`](crate::Config::checkpoint_every) kept.
+    /// Whether to stop: queried before every frame. The evaluation then ends with
+    /// [`EvaluateError::Cancelled`](crate::EvaluateError::Cancelled). It leaves nothing behind except the
+    /// checkpoint of [`Config::checkpoint_every`](crate::Config::checkpoint_every).
     fn cancelled(&self) -> bool {
         false
     }

@@ -4,7 +4,7 @@ use dmp_map::Store;
 
 use crate::work::MapFacts;
 
-/// The map of one run, ready to be cast into.
+/// The map of one run, ready for casting.
 #[derive(Debug)]
 pub(crate) struct RunMap {
     pub(crate) store: Store,

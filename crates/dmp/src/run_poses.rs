@@ -1,4 +1,4 @@
-//! Where the sensor was in each run.
+//! The sensor's poses in each run.
 
 use std::sync::Arc;
 
@@ -11,29 +11,29 @@ use crate::pairing::Pairing;
 use crate::settings::Settings;
 use crate::sparse::Sparse;
 
-/// Where the sensor was in one run.
+/// The sensor's poses in one run.
 #[derive(Debug, Clone)]
 pub(crate) struct RunPoses {
     pub(crate) pairing: Pairing,
-    /// Longest gap between poses that is interpolated over, nanoseconds.
+    /// Longest gap between poses that is interpolated, nanoseconds.
     pub(crate) max_gap_ns: i64,
     body_from_sensor: Isometry3<f64>,
     /// On the log's clock.
     trajectory: Arc<Trajectory>,
-    /// How much later than its own stamps it has its poses, nanoseconds.
+    /// Shift from its own stamps to those of the poses, nanoseconds.
     shift_ns: i64,
-    /// What its long gaps leave open.
+    /// The uncertainty in its long gaps.
     sparse: Option<Arc<Sparse>>,
     /// From the stamp of a scan to its first and its last return, nanoseconds.
     sweep_ns: [i64; 2],
 }
 
 impl RunPoses {
-    /// Pairs the poses of a run, on the log's clock and told in some frame, with the log's scans.
+    /// Pairs the poses of a run, on the log's clock and in some frame, with the log's scans.
     pub(crate) fn new(run: &Run, on_clock: OnClock, settings: &Settings) -> Self {
         let OnClock { pairing, trajectory, shift_ns, period_ns, sweep_ns } = on_clock;
         let max_gap_ns = settings.max_time_gap_ns.unwrap_or_else(|| trajectory.usual_gap_ns());
-        // Who says how long gaps may be has looked at them.
+        // A user who sets the longest gap has checked the poses.
         let looks = settings.max_time_gap_ns.is_none();
         let sparse = looks
             .then(|| Sparse::new(&trajectory, period_ns, max_gap_ns, settings.metre_m()))
@@ -44,7 +44,7 @@ impl RunPoses {
         Self { pairing, max_gap_ns, body_from_sensor, trajectory, shift_ns, sparse, sweep_ns }
     }
 
-    /// The same in a frame that `new_from_world` leads to.
+    /// The same in the frame of `new_from_world`.
     pub(crate) fn moved(&self, new_from_world: &Isometry3<f64>) -> Self {
         let trajectory = Arc::new(self.trajectory.moved(new_from_world));
         Self { trajectory, sparse: self.sparse.clone(), ..*self }
@@ -54,12 +54,12 @@ impl RunPoses {
         Track::new(&self.trajectory, self.body_from_sensor, self.max_gap_ns)
     }
 
-    /// The sensor's pose at the stamp of a frame, or in its line.
+    /// The sensor's pose at the stamp of a frame, or of its line.
     pub(crate) fn of_frame(&self, frame: &PlannedFrame) -> Option<Isometry3<f64>> {
         self.of_frame_after(frame, 0)
     }
 
-    /// The sensor's pose so long after the stamp of a frame, or in its line where that has no stamp.
+    /// The sensor's pose at this time after the stamp of a frame, or of its line if it has no stamp.
     pub(crate) fn of_frame_after(&self, frame: &PlannedFrame, after_ns: i64) -> Option<Isometry3<f64>> {
         let stamp_ns = match self.pairing {
             Pairing::ByStamp => frame.stamp_ns,
@@ -72,8 +72,8 @@ impl RunPoses {
         }
     }
 
-    /// The body's pose at the stamp of a frame, or in its line, and where it lies among the run's own poses: the number of a pose,
-    /// with a fraction between two.
+    /// The body's pose at the stamp of a frame, or of its line, and its position among the run's own poses:
+    /// the number of a pose, with a fraction between two.
     pub(crate) fn body_of_frame(&self, frame: &PlannedFrame) -> Option<(f64, Isometry3<f64>)> {
         let world_from_body = self.of_frame(frame)? * self.body_from_sensor.inverse();
         let (stamps_ns, stamp_ns) = match (self.trajectory.stamps_ns(), self.pairing) {
@@ -89,7 +89,7 @@ impl RunPoses {
         Some((before as f64 + part, world_from_body))
     }
 
-    /// Whether the poses are near enough in time to the scan of a frame to say where it was made.
+    /// Whether the poses are near enough in time to a frame's scan to locate it.
     pub(crate) fn carries(&self, frame: &PlannedFrame) -> bool {
         let Some(sparse) = &self.sparse else { return true };
         let stamp_ns = match self.pairing {
@@ -107,23 +107,23 @@ impl RunPoses {
         Some(longest_ns as f64 / 1e9)
     }
 
-    /// The longest time between two poses, seconds, and how far the sensor may be off between poses, metres; `None` where they
-    /// are nowhere long apart.
+    /// The longest time between two poses, seconds, and the largest uncertainty between poses, metres; `None`
+    /// without long gaps.
     pub(crate) fn left_open(&self) -> Option<(f64, f64)> {
         Some((self.longest_gap_s()?, self.sparse.as_ref()?.most_m()))
     }
 
-    /// The scan's stamp, where that is known by the line of its pose.
+    /// The scan's stamp, if known from the line of its pose.
     fn stamp_of_line(&self, frame: &PlannedFrame) -> Option<i64> {
         self.trajectory.stamps_ns()?.get(frame.number)?.checked_sub(self.shift_ns)
     }
 
-    /// Whether the log's times of points are of no use to this run, whose poses have no stamps.
+    /// Whether the log's point times are useless for this run, whose poses have no stamps.
     pub(crate) fn ignores_point_times(&self) -> bool {
         self.pairing == Pairing::ByLine && self.trajectory.stamps_ns().is_none()
     }
 
-    /// How the poses of a scan's returns are found; `None` where the run has none for the scan.
+    /// How the poses of a scan's returns are found; `None` if the run has none for the scan.
     pub(crate) fn of_scan(&self, frame: &PlannedFrame) -> Option<ScanPose> {
         match self.pairing {
             Pairing::ByStamp => Some(ScanPose::After(frame.stamp_ns?)),

@@ -1,4 +1,4 @@
-//! A run on its way through an evaluation.
+//! The state of a run during an evaluation.
 
 use dmp_sensor::Isometry3;
 
@@ -6,29 +6,29 @@ use crate::config::Run;
 use crate::file_stem::file_stem_of;
 use crate::run_poses::RunPoses;
 
-/// A run, with what is known of it so far. `M` is its map as far as it is made: the store that was given, what is being
-/// fused, the finished map, the caster into it, what the report tells of it.
+/// A run and its state. `M` is its map at the current stage: the given store, the map being fused, the
+/// finished map, the caster into it, its summary for the report.
 #[derive(Debug, Clone)]
 pub(crate) struct RunState<'a, M> {
-    /// As the user has it.
+    /// As the user gave it.
     pub(crate) run: &'a Run,
-    /// Its name as the name of a file.
+    /// Its name as a file name.
     pub(crate) file_stem: String,
-    /// Where the sensor was, in the world that the run is scored in.
+    /// The sensor's poses, in the world in which the run is scored.
     pub(crate) poses: RunPoses,
-    /// The frame that the run's trajectory was given in.
+    /// The frame of the run's trajectory.
     pub(crate) own_from_world: Isometry3<f64>,
-    /// Scans that were asked for and have no pose in it.
+    /// Number of requested scans without a pose in it.
     pub(crate) scans_without_pose: usize,
-    /// Those that have one only between poses that are too far apart.
+    /// Those with poses on both sides, but too far apart.
     pub(crate) scans_between_poses: usize,
-    /// What is likely wrong with it, in words.
+    /// A likely error of the input, in words.
     pub(crate) hint: Option<String>,
     pub(crate) map: M,
 }
 
 impl<'a, M> RunState<'a, M> {
-    /// Of all `runs` the one of this number, in the frame that it was given in.
+    /// The run of this number among `runs`, in its given frame.
     pub(crate) fn new(runs: &'a [Run], number: usize, poses: RunPoses, map: M) -> Self {
         let run = &runs[number];
         let names: Vec<&str> = runs.iter().map(|run| run.name.as_str()).collect();
@@ -45,7 +45,7 @@ impl<'a, M> RunState<'a, M> {
         }
     }
 
-    /// The same run with another map, and the map that it had.
+    /// The same run with another map, and its previous map.
     pub(crate) fn with_map<N>(self, map: N) -> (RunState<'a, N>, M) {
         (self.like(map), self.map)
     }
@@ -67,7 +67,7 @@ impl<'a, M> RunState<'a, M> {
         }
     }
 
-    /// How the run is called.
+    /// The run's name.
     pub(crate) fn name(&self) -> &'a str {
         &self.run.name
     }

@@ -1,33 +1,33 @@
-//! Which of the frames are scored, and how sure a look at some of them must be.
+//! Selects the scored frames, and the confidence required at each look.
 
 use dmp_reduce::{Confidence, FrameSet};
 
 use crate::error::EvaluateError;
 use crate::setting_name::SettingName;
 
-/// Frames of the first look where nothing else is asked for: Zhang & Chen 2021 sample frames too; on city drives 28
-/// find the better of two runs nearly as often as all do.
+/// Default number of frames of the first look: Zhang & Chen 2021 sample frames too. On city drives 28 frames
+/// find the better of two runs nearly as often as all frames do.
 const FIRST_LOOK: u64 = 28;
 
-/// How many of the frames are scored. The maps are made of all.
+/// How many of the frames are scored. The maps use all of them.
 #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub enum Sample {
     /// Every one.
     #[default]
     All,
-    /// So many, or all where there are no more.
+    /// This many, or all if there are fewer.
     Frames(u64),
     /// This share, from above 0 to 1.
     Share(f64),
 }
 
 impl Sample {
-    /// How many of `all` frames are scored: at least one.
+    /// Number of scored frames out of `all`: at least one.
     fn of(self, all: u64) -> u64 {
         let frames = match self {
             Self::All => all,
             Self::Frames(frames) => frames,
-            // 1 is all of them exactly.
+            // A share of 1 is exactly all of them.
             Self::Share(share) => (share * all as f64).round() as u64,
         };
         frames.clamp(1.min(all), all)
@@ -45,15 +45,15 @@ impl Sample {
     }
 }
 
-/// Until when growing samples are scored.
+/// When growing samples stop.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Decide {
-    /// The names of the two runs that matter; `None`: every pair does.
+    /// The names of the two runs to decide; `None`: every pair.
     pub pair: Option<(String, String)>,
 }
 
-/// The samples of an evaluation, each inside the next: one, or those looked at in turn until what is asked for is
-/// decided. All are systematic samples with one random start.
+/// The nested samples of an evaluation: one, or those scored in turn until the decision is made. All are
+/// systematic samples with one random start.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Looks {
     all: u64,
@@ -62,8 +62,8 @@ pub struct Looks {
 }
 
 impl Looks {
-    /// The samples of `all` frames that `seed` draws: `sample`, and where a decision is asked for those that follow
-    /// it, twice as large each, and at the end all.
+    /// The samples of `all` frames that `seed` draws: `sample`, and with `decide` further ones, twice as
+    /// large each, and finally all.
     pub fn new(all: u64, sample: Sample, seed: u64, decide: bool) -> Self {
         let first = if decide && sample == Sample::All { Sample::Frames(FIRST_LOOK) } else { sample };
         let mut sizes = vec![first.of(all)];
@@ -74,24 +74,24 @@ impl Looks {
         Self { all, sizes, start: mixed(seed) }
     }
 
-    /// Whether not all frames are scored, or not at once.
+    /// Whether the first look does not score all frames.
     pub(crate) fn is_sampled(&self) -> bool {
         self.sizes.first().is_some_and(|&first| first < self.all)
     }
 
-    /// How many frames each look has seen.
+    /// The number of frames seen by each look.
     pub fn sizes(&self) -> &[u64] {
         &self.sizes
     }
 
-    /// How many looks there may be at a sample, the one at all frames apart.
+    /// The largest number of looks at samples, without the one at all frames.
     fn at_samples(&self) -> u32 {
         self.sizes.iter().filter(|&&size| size < self.all).count() as u32
     }
 
-    /// How sure a look at `scored` frames must be, so that all looks that there may be are as sure as `asked` (Bonferroni's
-    /// inequality). Where samples may be looked at before all frames are, half of the error is kept for the last look, so
-    /// that it decides nearly what it would alone.
+    /// The confidence of a look at `scored` frames, so that all possible looks together have the confidence
+    /// `asked` (Bonferroni's inequality). If samples come before all frames, half of the error is kept for
+    /// the last look, so that it decides nearly what it would alone.
     #[must_use]
     pub fn confidence(&self, scored: u64, asked: Confidence) -> Confidence {
         match self.at_samples() {
@@ -105,16 +105,16 @@ impl Looks {
     /// The frames of the `look`-th sample, by their ordinals, in order.
     ///
     /// # Panics
-    /// Where there is no such look.
+    /// When there is no such look.
     pub fn frames(&self, look: usize) -> impl Iterator<Item = usize> {
         let (all, size) = (self.all, self.sizes[look]);
-        // Twice as many steps are half as long, and what was `start` of a step is twice as much of one, or that and a
-        // whole step: the frames of a look are among those of the next.
+        // Twice as many steps are half as long. So `start` becomes twice the fraction of a step, minus
+        // possibly a whole step: the frames of a look are among those of the next.
         let start = self.start << look.min(63);
         (0..size).map(move |k| systematic(k, start, size, all))
     }
 
-    /// The frames that look number `look` adds to those before.
+    /// The frames that look number `look` adds to the earlier ones.
     pub(crate) fn added(&self, look: usize) -> FrameSet {
         let before: FrameSet =
             look.checked_sub(1).map_or_else(FrameSet::default, |look| self.frames(look).collect());
@@ -130,8 +130,8 @@ fn systematic(k: u64, start: u64, size: u64, all: u64) -> usize {
     ((whole * u128::from(all) + rest * u128::from(all) / u128::from(size)) >> 64) as usize
 }
 
-/// Any seed as a number that has nothing to do with the next one's: the finaliser of `SplitMix64` (Steele, Lea &
-/// Flood 2014).
+/// Mixes a seed, so that successive seeds give unrelated numbers: the finaliser of `SplitMix64` (Steele, Lea
+/// & Flood 2014).
 pub(crate) fn mixed(seed: u64) -> u64 {
     let mut z = seed.wrapping_add(0x9e37_79b9_7f4a_7c15);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -163,7 +163,7 @@ mod tests {
                 prop_assert_eq!(frames.len() as u64, size);
                 prop_assert!(frames.windows(2).all(|pair| pair[0] < pair[1]));
                 prop_assert!(frames.last().is_none_or(|&last| (last as u64) < all));
-                // No step is longer or shorter than the others by more than the rounding.
+                // All steps are equal up to rounding.
                 let step = all as f64 / size as f64;
                 prop_assert!(frames.windows(2).all(|pair| ((pair[1] - pair[0]) as f64 - step).abs() < 1.0));
                 let added = looks.added(look);
@@ -178,7 +178,7 @@ mod tests {
             prop_assert_eq!(looks.at_samples() as usize, looks.sizes().iter().filter(|&&s| s < all).count());
         }
 
-        /// Every frame is as likely as any other: what an unbiased estimate needs.
+        /// Every frame is equally likely: the condition for an unbiased estimate.
         #[test]
         fn every_frame_has_its_chance(all in 1u64..60, size in 1u64..60) {
             prop_assume!(size <= all);

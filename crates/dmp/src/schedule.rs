@@ -1,4 +1,4 @@
-//! Which tiles of every map are needed when.
+//! Predicts when each tile of every map is needed.
 
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -8,31 +8,31 @@ use dmp_map::{Store, TileEntry, TileId, TileSource};
 use crate::plan::Plan;
 use crate::run_poses::RunPoses;
 
-/// The way a sensor goes before the tiles within its reach are looked up again, metres.
+/// Distance that a sensor travels before the tiles within its reach are updated, metres.
 const STEP_M: f64 = 2.0;
-/// About what a surfel takes in a tile that is ready for casting, bytes: docs/performance.md.
+/// Approximate memory of a surfel in a tile ready for casting, bytes: docs/performance.md.
 pub(crate) const SURFEL_BYTES: u64 = 60;
 
 /// A tile of a run's map.
 pub(crate) type RunTile = (usize, TileId);
 
-/// Which tiles of every run's map are within the sensor's reach when: known before a ray is cast, since the
-/// trajectories are. Time counts in jobs, as they are read.
+/// When each tile of every run's map is within the sensor's reach: known before a ray is cast, since the
+/// trajectories are. Time counts in jobs, in reading order.
 #[derive(Debug)]
 pub(crate) struct Schedule {
     /// For each tile the first and last job of each visit.
     visits: HashMap<RunTile, Vec<(u32, u32)>>,
     /// For each job the tiles whose visit begins with it.
     begin: Vec<Vec<RunTile>>,
-    /// Most bytes of tiles that are in reach at once.
+    /// Peak bytes of tiles in reach.
     bytes_in_reach: u64,
     now: AtomicUsize,
 }
 
 impl Schedule {
-    /// The schedule of `jobs`, each some ordinals of planned frames, for a sensor that sees `reach_m` far: `runs` are
-    /// where it was and the map, for each run.
-    /// `O(frames · tiles in reach)` time at worst, memory by the number of visits.
+    /// The schedule of `jobs`, each with ordinals of planned frames, for a sensor with range `reach_m`.
+    /// `runs` are the sensor's poses and the map, for each run. `O(frames · tiles in reach)` time at worst,
+    /// memory by the number of visits.
     pub(crate) fn new<'a>(
         plan: &Plan,
         runs: &[(&RunPoses, &Store)],
@@ -86,12 +86,12 @@ impl Schedule {
         self.begin.get(job).map_or(&[], Vec::as_slice)
     }
 
-    /// No job before this one is still at work.
+    /// Sets the oldest job still at work.
     pub(crate) fn move_to(&self, job: usize) {
         self.now.fetch_max(job, Ordering::Relaxed);
     }
 
-    /// How many jobs from now a tile is in reach next: 0 where it is, the largest number where it never is again.
+    /// Number of jobs until a tile is next in reach: 0 if it is now, the largest number if never again.
     pub(crate) fn next_use(&self, tile: &RunTile) -> u64 {
         let now = self.now.load(Ordering::Relaxed) as u32;
         let Some(visits) = self.visits.get(tile) else { return u64::MAX };
@@ -99,12 +99,12 @@ impl Schedule {
         visits.get(next).map_or(u64::MAX, |&(first, _)| u64::from(first.saturating_sub(now)))
     }
 
-    /// Most bytes of tiles ready for casting that are in reach at once, those of all runs.
+    /// Peak bytes of tiles in reach, ready for casting, over all runs.
     pub(crate) fn bytes_in_reach(&self) -> u64 {
         self.bytes_in_reach
     }
 
-    /// Tiles that are ever in reach in the first `jobs` jobs, and how often they come into it.
+    /// Number of tiles ever in reach in the first `jobs` jobs, and number of visits.
     pub(crate) fn tiles_and_visits(&self, jobs: usize) -> (u64, u64) {
         let is_met =
             |visits: &&Vec<(u32, u32)>| visits.first().is_some_and(|&(first, _)| (first as usize) < jobs);
@@ -127,7 +127,7 @@ struct Near {
 }
 
 impl Near {
-    /// Looks the tiles up again where the sensor went far enough; tells whether it did.
+    /// Updates the tiles if the sensor moved far enough; returns whether it did.
     fn move_to(&mut self, place: [f64; 2], map: &dyn TileSource, reach_m: f64) -> bool {
         let [x, y] = place;
         if self.place.is_some_and(|[x0, y0]| square(x - x0) + square(y - y0) < square(STEP_M)) {
@@ -144,7 +144,7 @@ impl Near {
         for ty in range(y, low.y, high.y) {
             for tx in range(x, low.x, high.x) {
                 let tile = TileId { x: tx, y: ty };
-                // From the nearest place of the tile.
+                // From the nearest point of the tile.
                 let apart =
                     |c: f64, t: i32| (f64::from(t) * edge_m - c).max(c - f64::from(t + 1) * edge_m).max(0.0);
                 if square(apart(x, tx)) + square(apart(y, ty)) <= square(reach_m)

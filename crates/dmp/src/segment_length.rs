@@ -1,9 +1,9 @@
-//! How long a segment of the drive is.
+//! The length of a segment of the drive.
 
-/// How long a segment of the drive is.
+/// The length of a segment of the drive.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub enum SegmentLength {
-    /// By the way of the sensor, metres.
+    /// By the distance travelled, metres.
     Metres(f64),
     /// By the stamps of the scans, seconds.
     Seconds(f64),

@@ -1,11 +1,12 @@
-//! The settings of an evaluation that a message may speak of.
+//! Names of the settings that messages mention.
 
 use std::fmt;
 
 /// A setting of [`Config`](crate::Config), of a [`Run`](crate::Run) or of a sample of places.
 ///
-/// As text (`Display`): a plain name. A program whose users know it by another name gives that to
-/// [`EvaluateError::message_with`](crate::EvaluateError::message_with) and [`Note::message_with`](crate::Note::message_with).
+/// Its text (`Display`) is a plain name. A program with other names for its users passes them to
+/// [`EvaluateError::message_with`](crate::EvaluateError::message_with) and
+/// [`Note::message_with`](crate::Note::message_with).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum SettingName {
@@ -33,11 +34,11 @@ pub enum SettingName {
     FreeSpace,
     /// [`Run::map`](crate::Run::map).
     Map,
-    /// [`Config::time_offset_ns`](crate::Config::time_offset_ns); in messages seconds follow it.
+    /// [`Config::time_offset_ns`](crate::Config::time_offset_ns); messages give it in seconds.
     TimeOffset,
     /// [`Run::pose_at`](crate::Run::pose_at).
     PoseAt,
-    /// How the poses of a run's file are meant: [`PosesAs`](crate::PosesAs).
+    /// The pose format of a run's file: [`PosesAs`](crate::PosesAs).
     PosesAs,
     /// [`Run::body_from_sensor`](crate::Run::body_from_sensor).
     Extrinsic,
@@ -45,9 +46,9 @@ pub enum SettingName {
     PointTime,
     /// [`LogOptions::stamp_at`](dmp_log::LogOptions::stamp_at).
     StampAt,
-    /// What carries a run between its poses: [`Trajectory::carried_by`](dmp_sensor::Trajectory::carried_by).
+    /// The odometry between a run's poses: [`Trajectory::carried_by`](dmp_sensor::Trajectory::carried_by).
     Between,
-    /// What [`Vetted::mended`](crate::Vetted::mended) does.
+    /// The effect of [`Vetted::mended`](crate::Vetted::mended).
     Mend,
     /// [`Config::max_time_gap_ns`](crate::Config::max_time_gap_ns).
     MaxTimeGap,
@@ -64,12 +65,13 @@ pub enum SettingName {
 }
 
 impl SettingName {
-    /// As it stands within a sentence where nobody has another name for it.
+    /// The plain name in quotes, for messages without other names.
     pub(crate) fn quoted(self) -> String {
         format!("`{self}`")
     }
 
-    /// With a value for one run, as a shell takes it: `--pose-at a=end`, `--pose-at 'my run=end'`.
+    /// The setting with a value for one run, as a shell takes it: `--pose-at a=end`, `--pose-at 'my
+    /// run=end'`.
     pub(crate) fn for_run(self, run: &str, value: &str, name: &dyn Fn(Self) -> String) -> String {
         let word = format!("{run}={value}");
         let is_plain = |c: char| c.is_alphanumeric() || "-_./=,:+@%".contains(c);
@@ -118,9 +120,9 @@ mod tests {
 
     #[test]
     fn an_option_is_a_word_to_a_shell() {
-        let told = |run: &str| SettingName::PoseAt.for_run(run, "end", &|setting| format!("--{setting}"));
-        assert_eq!(told("a/b-1.x"), "--pose-at a/b-1.x=end");
-        assert_eq!(told("my run"), "--pose-at 'my run=end'");
-        assert_eq!(told("it's $HOME"), r"--pose-at 'it'\''s $HOME=end'");
+        let hint = |run: &str| SettingName::PoseAt.for_run(run, "end", &|setting| format!("--{setting}"));
+        assert_eq!(hint("a/b-1.x"), "--pose-at a/b-1.x=end");
+        assert_eq!(hint("my run"), "--pose-at 'my run=end'");
+        assert_eq!(hint("it's $HOME"), r"--pose-at 'it'\''s $HOME=end'");
     }
 }

@@ -1,4 +1,4 @@
-//! What holds in an evaluation: the settings that its numbers depend on, each with its value, and the means that it has.
+//! The resolved settings of an evaluation, and its resources.
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -17,60 +17,61 @@ use crate::report::SegmentReport;
 use crate::sample::{Decide, Sample};
 use crate::segment_length::SegmentLength;
 
-/// Everything that changes numbers, as it holds for a log: what [`Config`] leaves open is decided here, once. What is
-/// still `None` is decided by looking at the scans.
+/// Every setting that changes numbers, resolved for a log: what [`Config`] leaves open is decided here. A
+/// remaining `None` is decided by the scans.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Settings {
-    /// The lengths by which returns are judged.
+    /// The truncation lengths of the scores.
     pub scales: Scales,
     /// Edge of a voxel, metres; `None`: by the density of the scans.
     pub voxel_m: Option<f64>,
     /// Length of a segment of the drive; `None`: by the length of the drive.
     pub segment: Option<SegmentLength>,
-    /// The segments of another evaluation; `None`: the way is cut anew.
+    /// The segments of another evaluation; `None`: the path is cut anew.
     pub segments: Option<SegmentReport>,
-    /// The unit of given clouds and meshes; `None`: what their files say.
+    /// The unit of given clouds and meshes; `None`: that of their files.
     pub map_unit: Option<LengthUnit>,
     /// Smallest range used, metres.
     pub min_range_m: f64,
     /// Largest range used, metres.
     pub max_range_m: f64,
-    /// The vehicle itself.
+    /// Which returns lie on the vehicle itself.
     pub ego: Ego,
     /// Every n-th scan of the log is used.
     pub every: usize,
     /// How many of the scans in use are scored.
     pub sample: Sample,
-    /// What the sample is drawn by.
+    /// Seed of the sample.
     pub seed: u64,
-    /// Until when growing samples are scored.
+    /// When growing samples stop.
     pub decide: Option<Decide>,
-    /// Where the sensor sits on the body, for runs that do not say it themselves.
+    /// The extrinsic of the sensor on the body, for runs without their own.
     pub body_from_sensor: Isometry3<f64>,
     /// Added to every stamp of the log, nanoseconds.
     pub time_offset_ns: i64,
-    /// Poses further apart are not interpolated between, nanoseconds; `None`: by each trajectory's own intervals.
+    /// Longest gap between poses that is interpolated, nanoseconds; `None`: by each trajectory's own
+    /// intervals.
     pub max_time_gap_ns: Option<i64>,
-    /// Whether returns on trails are kept out of the maps.
+    /// Whether returns on trails are excluded from the maps.
     pub free_space: bool,
-    /// What a miss costs.
+    /// The cost of a miss.
     pub miss_price: MissPrice,
-    /// How sure all verdicts are to be.
+    /// Confidence of all verdicts together.
     pub confidence: Confidence,
-    /// How far apart two runs may be and still count as the same.
+    /// The largest difference between two runs that counts as equal.
     pub same_within: Margin,
-    /// On how many pairs of visits drift is measured.
+    /// The number of pairs of visits on which drift is measured.
     pub drift: DriftPairs,
-    /// How far runs may be off for that.
+    /// The largest drift that this measurement can find.
     pub drift_reach: DriftReach,
-    /// The noise that was asked for, metres; `None`: 0.02 m, or that of the depth camera.
+    /// The given noise, metres; `None`: 0.02 m, or that of the depth camera.
     pub asked_sigma_m: Option<f64>,
-    /// In which frame each run is scored.
+    /// The frame in which each run is scored.
     pub frame: Frame,
 }
 
-/// What an evaluation may use. It changes no number.
+/// The resources of an evaluation. They change no number.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct Means {
@@ -78,36 +79,35 @@ pub struct Means {
     pub memory_bytes: usize,
     /// Threads that read, fuse and cast.
     pub threads: usize,
-    /// Where work folders are made.
+    /// Folder in which work folders are made.
     pub work_folder: PathBuf,
-    /// Where the fused maps are kept; `None`: nowhere.
+    /// Folder for the fused maps; `None`: they are not kept.
     pub save_maps: Option<PathBuf>,
-    /// Whether there are sums by tile.
+    /// Whether the report has sums by tile.
     pub per_tile: bool,
-    /// Time from one checkpoint to the next; `None`: there are none.
+    /// Time between checkpoints; `None`: there are none.
     pub checkpoint_every: Option<Duration>,
-    /// Whether to go on from a checkpoint.
+    /// Whether to resume from a checkpoint.
     pub resume: bool,
-    /// In which order the log is read.
+    /// The reading order of the log.
     pub order: FrameOrder,
 }
 
 impl Config {
-    /// What holds on a log: its sensor says which lengths the settings go with, where they do not say it themselves.
+    /// Resolves the settings for a log: its sensor selects the lengths, unless they are set.
     ///
     /// # Errors
-    /// The first setting that makes no sense, with its value and what it must be.
+    /// The first invalid setting, with its value and what it must be.
     pub fn on(&self, log: &LogSummary) -> Result<(Settings, Means), EvaluateError> {
         self.on_scales(self.scales_on(log))
     }
 
-    /// The lengths by which returns of a log are judged.
+    /// The truncation lengths for a log.
     pub fn scales_on(&self, log: &LogSummary) -> Scales {
         self.scales.unwrap_or_else(|| Scales::of_sensor(log.camera.is_some()))
     }
 
-    /// What holds where there is no log to say which lengths they go with, but these do, where the settings do not say it
-    /// themselves.
+    /// Resolves the settings without a log: `usual` are the lengths, unless they are set.
     ///
     /// # Errors
     /// As [`Self::on`].
@@ -162,7 +162,7 @@ impl Config {
 }
 
 impl Settings {
-    /// How long what is a metre on a drive is here, metres.
+    /// The length that corresponds to one metre of a drive, metres.
     pub(crate) fn metre_m(&self) -> f64 {
         self.scales.lengths().metre_m
     }
@@ -177,17 +177,17 @@ impl Settings {
         self.asked_sigma_m.map_or(DepthNoise::KINECT, DepthNoise::constant)
     }
 
-    /// What the verdicts promise where nothing is looked at twice.
+    /// The promise of verdicts made in a single look.
     pub(crate) fn promise(&self) -> Promise {
         Promise { confidence: self.confidence, margin: self.same_within }
     }
 
-    /// What is added to the log's stamps before they are looked up in a run, nanoseconds.
+    /// The offset of the log's stamps for a run, nanoseconds.
     pub(crate) fn time_offset_ns(&self, run: &Run) -> i64 {
         run.time_offset_ns.unwrap_or(self.time_offset_ns)
     }
 
-    /// Where the sensor sits on the body of a run.
+    /// The extrinsic of the sensor for a run.
     pub(crate) fn body_from_sensor(&self, run: &Run) -> Isometry3<f64> {
         run.body_from_sensor.unwrap_or(self.body_from_sensor)
     }
@@ -197,7 +197,7 @@ impl Settings {
 mod tests {
     use super::*;
 
-    /// What is kept for `--resume` is found by these bytes: they must be there for every setting.
+    /// `--resume` finds a checkpoint by these bytes: every setting must be in them.
     #[test]
     fn what_changes_a_number_changes_the_bytes_and_nothing_else_does() {
         let bytes =

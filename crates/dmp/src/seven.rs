@@ -1,4 +1,4 @@
-//! Transforms as the seven numbers that files have.
+//! Transforms as seven numbers, as in files.
 
 use dmp_sensor::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 

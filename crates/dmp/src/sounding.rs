@@ -1,4 +1,4 @@
-//! What the maps of all runs will take, in memory and on disk, told from some of the scans before any is fused.
+//! Estimates the memory and disk use of all maps from some of the scans, before any map is fused.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
@@ -14,61 +14,62 @@ use crate::progress::{Progress, Stage};
 use crate::run_poses::RunPoses;
 use crate::run_state::{RunState, poses_of};
 
-/// One of so many scans is looked at, or more where there are few.
+/// One in this many scans is sampled, more of a short log.
 const ONE_OF: usize = 16;
 const LEAST_SCANS: usize = 64;
-/// Voxels of scans that are held at most, about, those of all runs: 24 bytes each.
+/// Approximate limit of voxels held over all runs: 24 bytes each.
 const MOST_SEEN: u64 = 1 << 18;
 // Measured on simulated drives: docs/performance.md.
 
-/// The voxels of a drive grow by as many with each doubling of its returns; a surfel needs about as many more returns than
-/// a voxel as come in so many doublings.
+/// The number of voxels grows by a constant with each doubling of the returns. A surfel needs as many more
+/// returns than a voxel as come in this many doublings.
 const DOUBLINGS_TO_SURFEL: f64 = 2.2;
-/// What some scans say of the maps that all of them will make.
+/// The estimate of the maps from some scans.
 #[derive(Debug)]
 pub(crate) struct Sounding {
-    /// Of each run whose map is fused from the scans.
+    /// For each run whose map is fused from the scans.
     pub(crate) runs: Vec<SoundedRun>,
 }
 
-/// What they say of the map of one run.
+/// The estimate of one run's map.
 #[derive(Debug)]
 pub(crate) struct SoundedRun {
-    /// In the order of time.
+    /// In order of time.
     seen: Vec<Seen>,
-    /// Which of its sampled scans was last.
+    /// Index of the last of its sampled scans.
     scans: u32,
-    /// One of so many scans was looked at, and of so many bricks.
+    /// One in this many scans was sampled, and in as many bricks.
     one_of: f64,
     part: f64,
     tile_edge_voxels: i32,
-    /// How voxels grow in number with scans, and bricks.
+    /// How the number of voxels grows with scans, and that of bricks.
     growth: [Growth; 2],
-    /// Voxels of the whole map, surfels of it.
+    /// Voxels of the whole map, and its surfels.
     pub(crate) voxels: f64,
     pub(crate) surfels: f64,
 }
 
-/// How places grow in number with the scans that see them: by the number of scans, to a power of 0 to 1.
+/// How the number of cells grows with the scans that see them: with the number of scans, to a power of 0 to
+/// 1.
 #[derive(Debug, Clone, Copy, Default)]
 struct Growth {
-    /// Where two scans follow each other.
+    /// For two consecutive scans.
     of_two: f64,
-    /// Over all of the run, of scans between those that were looked at.
+    /// Over the whole run, for the scans between the sampled ones.
     of_all: f64,
 }
 
-/// A voxel that a scan has returns in.
+/// A voxel with returns of a scan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Seen {
-    /// The how many-eth of the scans looked at.
+    /// Index of the sampled scan.
     scan: u32,
     voxel: [i32; 3],
     returns: u32,
 }
 
 impl<M: Sync + Send> Evaluation<'_, M> {
-    /// Looks at some scans, evenly spread.
+    /// Samples some scans, evenly spread.
     ///
     /// # Errors
     /// When the log cannot be read.
@@ -112,10 +113,10 @@ impl<M: Sync + Send> Evaluation<'_, M> {
     }
 }
 
-/// Looks at the scans of a thread.
+/// Samples the scans of a thread.
 struct Sounder<'e> {
     poser: Poser<'e>,
-    /// Of the runs that are looked at.
+    /// The numbers of the sampled runs.
     numbers: Vec<usize>,
     per_m: f64,
     one_of: usize,
@@ -169,12 +170,12 @@ impl SoundedRun {
         run
     }
 
-    /// How many there are in all scans, of those that are looked at and every second of these.
+    /// The number for all scans, from those of the sampled scans and of every second one.
     fn grown(&self, all: f64, half: f64) -> f64 {
         all + libm::log2(self.one_of) * (all - half)
     }
 
-    /// Voxels of every n-th scan that was looked at, and those with returns enough for a surfel.
+    /// Voxels of every n-th sampled scan, and those with enough returns for a surfel.
     fn voxels_of(&self, every: u32) -> [f64; 2] {
         let mut voxels: HashMap<[i32; 3], u32> = HashMap::new();
         for seen in self.seen.iter().filter(|seen| seen.scan.is_multiple_of(every)) {
@@ -183,7 +184,7 @@ impl SoundedRun {
         [voxels.len() as f64, voxels.values().filter(|&&returns| returns >= FILLED).count() as f64]
     }
 
-    /// How places, each told by one of its voxels, grow in number.
+    /// How the number of cells, each known by one of its voxels, grows.
     fn growth_of(&self, place: impl Fn([i32; 3]) -> [i32; 3]) -> Growth {
         let scans: Vec<HashSet<[i32; 3]>> = self
             .seen
@@ -212,7 +213,7 @@ impl SoundedRun {
         TileId { x, y }
     }
 
-    /// Surfels of every tile, about.
+    /// Approximate number of surfels of every tile.
     pub(crate) fn surfels_of_tiles(&self) -> HashMap<TileId, f64> {
         let voxels: HashSet<[i32; 3]> = self.seen.iter().map(|seen| seen.voxel).collect();
         let of_one = self.surfels / voxels.len().max(1) as f64;
@@ -223,13 +224,14 @@ impl SoundedRun {
         tiles
     }
 
-    /// How many voxels are put aside while the map is fused in so much memory, with so many pauses in which all of them are:
-    /// the scans that were looked at, each for those between too, and the tiles that they find in memory.
+    /// Number of voxels spilled while the map is fused with this much memory, with `pauses` pauses in which
+    /// all are spilled. It replays the sampled scans, each standing for those in between, and the tiles in
+    /// memory.
     pub(crate) fn put_aside(&self, budget_bytes: f64, pauses: u32) -> f64 {
         self.replay(budget_bytes, pauses)[0].voxels
     }
 
-    /// What is put aside, and what is held at the end.
+    /// The size that is spilled, and the size held at the end.
     fn replay(&self, budget_bytes: f64, pauses: u32) -> [Size; 2] {
         let mut open: HashMap<TileId, Stay> = HashMap::new();
         let (mut held, mut aside, mut paused) = (Size::default(), Size::default(), 0);
@@ -262,8 +264,8 @@ impl SoundedRun {
                     open.clear();
                 }
                 if held.bytes > budget_bytes {
-                    // Within a scan tiles are met in an order that is not known, and put aside at any time of it: by their
-                    // numbers, the same ones would go each time.
+                    // The order of tiles within a scan is unknown, and so is when they are spilled. Ordered
+                    // by their numbers, the same ones would be spilled each time.
                     let age = |(&tile, stay): (&TileId, &Stay)| {
                         (stay.last, hash([tile.x, tile.y, now as i32]), tile)
                     };
@@ -282,8 +284,8 @@ impl SoundedRun {
         [aside, held]
     }
 
-    /// What a tile has while it stays in memory: the scans between those that were looked at bring the less the more of
-    /// these there are.
+    /// The size of a tile while it stays in memory: the scans between the sampled ones add the less the more
+    /// of these there are.
     fn size_of(&self, stay: &Stay) -> Size {
         let all = |seen: usize, Growth { of_two, of_all }: Growth| {
             let power = of_all + (of_two - of_all) / (1.0 + stay.looked_at);
@@ -299,14 +301,14 @@ impl SoundedRun {
 struct Stay {
     voxels: HashSet<[i32; 3]>,
     bricks: HashSet<[i32; 3]>,
-    /// Scans that it was seen in, and how many of them were looked at.
+    /// Scans in which it was seen, and how many of them were sampled.
     scans: f64,
     looked_at: f64,
     last: u64,
     size: Size,
 }
 
-/// Voxels and what they take in memory, bytes.
+/// Voxels and their memory, bytes.
 #[derive(Debug, Default, Clone, Copy)]
 struct Size {
     voxels: f64,
@@ -326,12 +328,12 @@ impl Size {
 /// Returns that a voxel needs for a surfel.
 const FILLED: u32 = 3;
 
-/// Bricks are looked at whole, or not at all.
+/// Bricks are sampled whole or not at all.
 fn brick_of(voxel: [i32; 3]) -> [i32; 3] {
     voxel.map(|c| c.div_euclid(BRICK_EDGE as i32))
 }
 
-/// Fibonacci hashing, one number after the other.
+/// Fibonacci hashing, number by number.
 fn hash(numbers: [i32; 3]) -> u64 {
     numbers.iter().fold(0, |hash: u64, &c| {
         (hash ^ u64::from(c as u32)).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(29)

@@ -1,29 +1,30 @@
-//! How far poses between which there is a long time may be off in between.
+//! Estimates the uncertainty of interpolated poses in long gaps.
 //!
-//! Between two poses the sensor is taken to move evenly. A trajectory of keyframes leaves out what it did there. How much
-//! that is, its own poses tell: each is compared with what its neighbours alone would have put there. What that is off by
-//! grows with the product of the times to both, as for an even acceleration.
+//! Between two poses the sensor is assumed to move uniformly; a trajectory of keyframes omits its real
+//! motion. The poses themselves give the error: each is compared with the interpolation between its
+//! neighbours. This error grows with the product of the times to both, as for a constant acceleration.
 
 use dmp_sensor::{Isometry3, Trajectory, pose_between};
 
-/// Poses further apart than so many scans are looked at.
+/// Longer gaps than this many scans are checked.
 const SCANS: i64 = 3;
-/// A scan may be off by this much where it is used, metres of a drive; a rotation counts at this distance.
+/// Largest error of a used scan, metres of a drive; a rotation counts at this distance.
 const ALLOWED_M: f64 = 0.05;
 const REACH_M: f64 = 10.0;
 
-/// What the long gaps between poses leave open.
+/// The uncertainty in long gaps between poses.
 #[derive(Debug, Clone)]
 pub(crate) struct Sparse {
-    /// For every pose but the last, of the gap behind it: how fast what is between goes astray, m/s²; 0 for short gaps.
+    /// For every pose but the last, of the gap after it: the growth rate of the interpolation error, m/s²; 0
+    /// for short gaps.
     astray_m_per_s2: Vec<f64>,
     stamps_ns: Vec<i64>,
     allowed_m: f64,
 }
 
 impl Sparse {
-    /// `None` for poses that are nowhere long apart.
-    /// Nor are gaps beyond `max_gap_ns`, over which nothing is interpolated.
+    /// `None` for poses without long gaps. Gaps beyond `max_gap_ns`, which are never interpolated, do not
+    /// count.
     pub(crate) fn new(
         trajectory: &Trajectory,
         period_ns: Option<i64>,
@@ -38,7 +39,8 @@ impl Sparse {
         if !(0..gaps).any(is_long) {
             return None;
         }
-        // What a pose is off by from the way between its neighbours, by the product of the times to both.
+        // The error of a pose interpolated between its neighbours, divided by the product of the times to
+        // both.
         let at = |k: usize| -> f64 {
             if k == 0 || k == gaps {
                 return 0.0;
@@ -52,7 +54,7 @@ impl Sparse {
         Some(Self { astray_m_per_s2, stamps_ns: stamps_ns.to_vec(), allowed_m: ALLOWED_M * metre_m })
     }
 
-    /// How far the sensor may be off at an instant, metres.
+    /// The uncertainty of the sensor's position at an instant, metres.
     pub(crate) fn off_m(&self, at_ns: i64) -> f64 {
         let after = self.stamps_ns.partition_point(|&stamp_ns| stamp_ns <= at_ns);
         let Some(before) = after.checked_sub(1).filter(|_| after < self.stamps_ns.len()) else { return 0.0 };
@@ -62,13 +64,13 @@ impl Sparse {
         self.astray_m_per_s2[before] * since_s * until_s
     }
 
-    /// Whether the poses carry a scan with returns from one instant to another.
+    /// Whether the poses are accurate enough for a scan with returns from one instant to another.
     pub(crate) fn carries(&self, from_ns: i64, to_ns: i64) -> bool {
         let middle_ns = from_ns / 2 + to_ns / 2;
         [from_ns, middle_ns, to_ns].into_iter().all(|at_ns| self.off_m(at_ns) <= self.allowed_m)
     }
 
-    /// The most that it is off by in the middle of a gap, metres.
+    /// The largest uncertainty in the middle of a gap, metres.
     pub(crate) fn most_m(&self) -> f64 {
         let middle = |(k, astray): (usize, &f64)| {
             let half_s = 0.5 * self.stamps_ns[k + 1].saturating_sub(self.stamps_ns[k]) as f64 / 1e9;
@@ -98,14 +100,14 @@ mod tests {
 
     #[test]
     fn what_an_even_acceleration_leaves_out_is_found() {
-        // 2 m/s²: in the middle of two seconds a quarter of a m/s² a s² is missing, 1 m.
+        // 2 m/s²: in the middle of two seconds, a quarter of 2 m/s² · 2 s² is missing, 1 m.
         let sparse = Sparse::new(&accelerating(2 * SECOND_NS), Some(SECOND_NS / 10), i64::MAX, 1.0).unwrap();
         assert!((sparse.most_m() - 1.0).abs() < 1e-9, "{}", sparse.most_m());
         assert!((sparse.off_m(5 * SECOND_NS) - 1.0).abs() < 1e-9);
         assert_eq!(sparse.off_m(4 * SECOND_NS), 0.0);
         assert!(!sparse.carries(5 * SECOND_NS, 5 * SECOND_NS));
         assert!(sparse.carries(4 * SECOND_NS - 20_000_000, 4 * SECOND_NS + 20_000_000));
-        // Beyond the poses there is none at all: that is told elsewhere.
+        // Beyond the poses there is none at all: another check reports that.
         assert_eq!(sparse.off_m(-SECOND_NS), 0.0);
     }
 

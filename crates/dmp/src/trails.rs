@@ -1,4 +1,4 @@
-//! What the rays of a log say of the space that the maps fill: where they pass, there was something that moved.
+//! Detects the trails of moving objects: parts of the maps that rays of the log pass through.
 
 use dmp_cast::{CastSettings, CountBuffers, CrossingCounter, Query};
 use dmp_map::{FreeVoxels, MarkBuffers, Met, Store, Tally};
@@ -14,12 +14,12 @@ use crate::run_map::RunMap;
 use crate::run_state::poses_of;
 use crate::work::TrailFacts;
 
-/// Rays that must have gone through a surfel before it is taken for free space.
+/// Rays that must pass through a surfel for it to count as free space.
 const MIN_THROUGH: u32 = 4;
-/// A run has a vote where its share of contradicted surfels is at most this many times the smallest.
+/// A run votes if its share of contradicted surfels is at most this many times the smallest share.
 const VOTE_RATIO: u128 = 2;
 
-/// What the rays of a log say of the space that each run's map fills.
+/// The trails in each run's map, by the rays of the log.
 #[derive(Debug)]
 pub(crate) struct Trails {
     pub(crate) of_runs: Vec<RunTrails>,
@@ -27,7 +27,7 @@ pub(crate) struct Trails {
     pub(crate) scratch_bytes: u64,
 }
 
-/// The same of one run.
+/// The trails in one run's map.
 #[derive(Debug)]
 pub(crate) struct RunTrails {
     name: String,
@@ -43,8 +43,8 @@ pub(crate) struct TrailBuffers {
 }
 
 impl Trails {
-    /// Says for each return whether it lies on a trail: whether its own surfel is contradicted in every run that has a
-    /// vote. The answer is one for all runs.
+    /// Marks each return that lies on a trail: its own surfel must be contradicted in every voting run. The
+    /// result is the same for all runs.
     pub(crate) fn mark(
         &self,
         block: &Block<'_>,
@@ -63,12 +63,12 @@ impl Trails {
     }
 }
 
-/// The runs that say what a trail is: those whose maps the rays contradict least, up to the ratio.
+/// Gives a vote to the runs whose maps the rays contradict least, up to the ratio.
 ///
 /// Trails are contradicted in every run alike, doubled walls only where the trajectory doubles them. So a run
-/// with far more contradictions is no witness for what moved.
+/// with far more contradictions is no evidence of motion.
 fn give_votes(runs: &mut [TrailFacts]) {
-    // a/b ≤ r·c/d as a·d ≤ r·c·b, which integers decide the same everywhere.
+    // a/b ≤ r·c/d as a·d ≤ r·c·b: integers give the same decision everywhere.
     let share_within = |(a, b): (u64, u64), (c, d): (u64, u64), ratio: u128| {
         u128::from(a) * u128::from(d.max(1)) <= ratio * u128::from(c) * u128::from(b.max(1))
     };
@@ -112,11 +112,11 @@ impl Worker for CountWorker<'_> {
 }
 
 impl<'a> Evaluation<'a, RunMap> {
-    /// Counts how every ray meets every run's map, in one pass over the log, and finds what the rays contradict. The maps
-    /// are gone then.
+    /// Counts how every ray meets every run's map, in one pass over the log, and finds the contradicted
+    /// surfels. The maps are removed afterwards.
     ///
     /// # Errors
-    /// When the log or a map cannot be read, or the counts not be put aside.
+    /// When the log or a map cannot be read, or the counts cannot be spilled.
     pub(crate) fn find_trails(mut self) -> Result<(Evaluation<'a, Option<Store>>, Trails), EvaluateError> {
         let bytes = self.work.budget().trails(self.runs.len());
         let reach = CastSettings::default().reach;
@@ -150,7 +150,7 @@ impl<'a> Evaluation<'a, RunMap> {
         let mut facts: Vec<TrailFacts> = trails.of_runs.iter().map(|run| run.facts).collect();
         give_votes(&mut facts);
         trails.of_runs.iter_mut().zip(facts).for_each(|(run, facts)| run.facts = facts);
-        // The maps to come are made anew, and counted so.
+        // The next maps are made anew and counted anew.
         counting.fused = FuseTotals::default();
         Ok((counting.with_runs(runs), trails))
     }
@@ -194,7 +194,7 @@ mod tests {
     fn far_more_contradictions_than_the_least_cost_the_vote() {
         assert_eq!(votes_of(&[5], &[100]), [true]);
         assert_eq!(votes_of(&[10, 20, 21], &[100, 100, 100]), [true, true, false]);
-        // It is the share that counts, and nothing is not far less than nothing.
+        // Only the share counts; zero is not far less than zero.
         assert_eq!(votes_of(&[10, 30], &[100, 400]), [true, true]);
         assert_eq!(votes_of(&[0, 0, 1], &[100, 0, 100]), [true, true, false]);
     }

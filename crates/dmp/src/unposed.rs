@@ -1,41 +1,41 @@
-//! Why a trajectory has no pose for a log's scans.
+//! Reasons why a trajectory has no pose for a log's scans.
 
 use crate::setting_name::SettingName;
 
-/// Why a trajectory has a pose for none of a log's scans, or hardly any. All times in seconds; those of the log with the
+/// Why a trajectory has poses for none or very few of a log's scans. All times in seconds; those of the log with the
 /// time offset.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Unposed {
-    /// There are no two poses to be between.
+    /// The trajectory has fewer than two poses.
     TooFewPoses,
-    /// The log's stamps do not differ.
+    /// The log's stamps are all equal.
     SameStamps {
-        /// All of them.
+        /// Their value.
         stamp_s: f64,
     },
-    /// The log and the trajectory have no time in common.
+    /// The log and the trajectory do not overlap in time.
     Apart {
-        /// First and last of the log.
+        /// First and last stamp of the log.
         log_s: [f64; 2],
-        /// First and last of the trajectory.
+        /// First and last stamp of the trajectory.
         poses_s: [f64; 2],
-        /// From the end of one to the beginning of the other.
+        /// The gap from the end of one to the beginning of the other.
         gap_s: f64,
-        /// The time offset that puts their beginnings together, as far as the stamps tell.
+        /// The time offset that aligns their beginnings, as far as the stamps show it.
         offset_s: f64,
     },
-    /// They have, but the trajectory has gaps there.
+    /// They overlap, but the trajectory has gaps there.
     Gaps {
-        /// First and last of the log.
+        /// First and last stamp of the log.
         log_s: [f64; 2],
-        /// First and last of the trajectory.
+        /// First and last stamp of the trajectory.
         poses_s: [f64; 2],
     },
 }
 
 impl Unposed {
-    /// In words, with those that `name` has for settings.
+    /// In words, with `name`'s names for settings.
     pub(crate) fn message_with(&self, run: &str, name: &dyn Fn(SettingName) -> String) -> String {
         let spans = |[first, last]: &[f64; 2], [start, end]: &[f64; 2]| {
             format!("the log spans {first:.3} to {last:.3} s, the trajectory {start:.3} to {end:.3} s")
@@ -43,11 +43,11 @@ impl Unposed {
         match self {
             Self::TooFewPoses => "the trajectory holds too few poses".to_owned(),
             Self::SameStamps { stamp_s } => {
-                format!("the log's stamps are all the same, {stamp_s:.3} s: they tell nothing")
+                format!("the log's stamps are all the same, {stamp_s:.3} s")
             }
             Self::Apart { log_s, poses_s, gap_s, offset_s } => format!(
-                "{}; they are {gap_s:.3} s apart. If their clocks differ, shift the log's: {} puts their \
-                 beginnings together, as far as the stamps tell",
+                "{}; they are {gap_s:.3} s apart. If their clocks differ, shift the log's: {} aligns their \
+                 first stamps",
                 spans(log_s, poses_s),
                 SettingName::TimeOffset.for_run(run, &format!("{offset_s:.3}"), name)
             ),

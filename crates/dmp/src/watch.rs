@@ -1,22 +1,22 @@
-//! Who is told what an evaluation does and finds.
+//! The watcher of an evaluation.
 
 use crate::progress::Progress;
 use crate::sink::Sink;
 
-/// Who follows an evaluation: its progress, its results one by one, both or neither.
+/// The watcher of an evaluation: of its progress, its individual results, both or neither.
 ///
-/// Functions take anything that becomes one: `()` for nobody, `&progress`, `(&progress, &sink)` or
+/// Functions accept anything that converts into one: `()` for none, `&progress`, `(&progress, &sink)` or
 /// [`Watch::sink`].
 #[derive(Clone, Copy)]
 pub struct Watch<'a> {
-    /// Is told how far it is, and may stop it.
+    /// Receives the progress and may stop the evaluation.
     pub progress: &'a dyn Progress,
-    /// Takes what is found, as it is found.
+    /// Receives results as they are computed.
     pub sink: &'a dyn Sink,
 }
 
 impl<'a> Watch<'a> {
-    /// Results alone.
+    /// Receives results only.
     pub fn sink(sink: &'a dyn Sink) -> Self {
         Self { progress: &(), sink }
     }

@@ -1,4 +1,4 @@
-//! The folder that an evaluation works in, and what it keeps there to be taken up again.
+//! The work folder of an evaluation and its checkpoints.
 
 use std::hash::Hasher as _;
 use std::path::{Path, PathBuf};
@@ -22,7 +22,7 @@ use crate::progress::Progress;
 use crate::settings::{Means, Settings};
 use crate::seven::seven;
 
-/// What an evaluation works with: its threads, its share of the memory, its folder, and what it keeps there.
+/// The resources of an evaluation: its threads, its share of the memory, its folder and its checkpoints.
 #[derive(Debug)]
 pub(crate) struct Work {
     folder: WorkFolder,
@@ -33,22 +33,22 @@ pub(crate) struct Work {
     resumed: bool,
 }
 
-/// Which time the maps are fused.
+/// The round in which the maps are fused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Round {
-    /// From all returns.
+    /// With all returns.
     First,
-    /// Without those on trails.
+    /// Without returns on trails.
     WithoutTrails,
 }
 
-/// Maps as far as they are fused.
+/// Partially fused maps.
 #[derive(Debug, Default, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Fusing {
     pub(crate) done: FrameSet,
     pub(crate) counts: ReturnCounts,
     pub(crate) left_out: u64,
-    /// As [`dmp_map::MapFuser::put_down`] gives it, for every run whose map is fused.
+    /// From [`dmp_map::MapFuser::put_down`], for every run whose map is fused.
     pub(crate) fusers: Vec<Option<Vec<u8>>>,
 }
 
@@ -61,40 +61,40 @@ pub(crate) struct Fused {
     pub(crate) maps: Vec<FusedMap>,
 }
 
-/// The finished map of one run; no path where it was given as a store.
+/// The finished map of one run; without a path if it was given as a store.
 #[derive(Debug, serde::Serialize, serde::Deserialize)]
 pub(crate) struct FusedMap {
     pub(crate) path: Option<PathBuf>,
     pub(crate) facts: MapFacts,
 }
 
-/// What is known of a map beside its surfels.
+/// The facts about a map beside its surfels.
 #[derive(Debug, Clone, Default, serde::Serialize, serde::Deserialize)]
 pub(crate) struct MapFacts {
-    /// Whether its surfels know the segments they were seen in.
+    /// Whether its surfels have the segments that observed them.
     pub(crate) fused: bool,
-    /// Occupied voxels without a surfel; `None` for a store that was given.
+    /// Occupied voxels without a surfel; `None` for a given store.
     pub(crate) thin_voxels: Option<u64>,
     /// Points of a given cloud, or triangles of a mesh, that are not finite.
     pub(crate) points_dropped: u64,
-    /// What was made of a map that was given, in words.
+    /// Conversions of a given map, in words.
     pub(crate) notes: Vec<String>,
-    /// Where trails were looked for: what was found.
+    /// The trails found, if searched for.
     pub(crate) trails: Option<TrailFacts>,
 }
 
-/// What the rays of a run say of its map with all returns in it.
+/// The trails in a run's map that has all returns.
 #[derive(Debug, Clone, Copy, serde::Serialize, serde::Deserialize)]
 pub(crate) struct TrailFacts {
     /// Surfels of that map.
     pub(crate) surfels: u64,
-    /// How many of them the rays contradict.
+    /// Number of them that the rays contradict.
     pub(crate) contradicted: u64,
-    /// Whether the run says what a trail is.
+    /// Whether the run votes on trails.
     pub(crate) votes: bool,
 }
 
-/// Scores as far as rays are cast.
+/// Partial scores of the cast.
 #[derive(Debug, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Casting {
     pub(crate) done: FrameSet,
@@ -102,13 +102,13 @@ pub(crate) struct Casting {
     pub(crate) counts: ReturnCounts,
     /// Run, column and row of a tile, and its sums.
     pub(crate) tiles: Vec<(u64, i32, i32, RunSums)>,
-    /// Scans by their place in the plan, and what they are like.
+    /// Scans by their ordinal in the plan, and their shapes.
     pub(crate) shapes: Vec<(u64, ScanShape)>,
-    /// Likewise, and what tells those with the same returns.
+    /// Likewise, and the hash of their returns.
     pub(crate) marks: Vec<(u64, u64)>,
 }
 
-/// A checkpoint has a name of its own for every stage, and a type.
+/// A checkpoint has a type and a file name for every stage.
 pub(crate) trait Checkpoint: Serialize + DeserializeOwned {
     const NAME: &'static str;
 }
@@ -126,7 +126,7 @@ impl Checkpoint for Casting {
 }
 
 impl Work {
-    /// A folder for this evaluation inside the one of the settings: as it was left, where it is to be resumed.
+    /// Opens a folder for this evaluation inside that of the settings, with its checkpoint if it is resumed.
     pub(crate) fn open(
         log: &dyn ScanLog,
         runs: &[Run],
@@ -135,14 +135,14 @@ impl Work {
         extent: Extent,
     ) -> Result<Self, EvaluateError> {
         let budget = Budget::new(log, extent, means)?;
-        // Before the folder, which goes with all it holds where anything after it fails.
+        // Before the folder, which is removed if anything after it fails.
         let pool = pool(means.threads)?;
         let parent = &means.work_folder;
         let folder = if means.checkpoint_every.is_none() && !means.resume {
             WorkFolder::new(parent)?
         } else {
             match WorkFolder::of(parent, &identity(log, runs, settings, means)?, means.resume) {
-                // Somebody evaluates the same at the same time: each in a folder of its own.
+                // The same evaluation runs at the same time: each gets a folder of its own.
                 Err(DiskError::Locked { .. }) if !means.resume => WorkFolder::new(parent)?,
                 folder => folder?,
             }
@@ -152,7 +152,7 @@ impl Work {
         Ok(Self { folder, every, last, budget, pool, resumed })
     }
 
-    /// Whether there is something to go on from.
+    /// Whether there is a checkpoint to resume from.
     pub(crate) fn is_resumed(&self) -> bool {
         self.resumed
     }
@@ -161,12 +161,12 @@ impl Work {
         &self.pool
     }
 
-    /// Does something on its threads.
+    /// Runs `what` on its threads.
     pub(crate) fn install<R: Send>(&self, what: impl FnOnce() -> R + Send) -> R {
         self.pool.install(what)
     }
 
-    /// How the memory is shared out.
+    /// The division of the memory.
     pub(crate) fn budget(&self) -> &Budget {
         &self.budget
     }
@@ -179,12 +179,12 @@ impl Work {
         self.folder.file(name)
     }
 
-    /// Time from one checkpoint to the next; `None` where there are none.
+    /// Time between checkpoints; `None` without checkpoints.
     pub(crate) fn every(&self) -> Option<Duration> {
         self.every
     }
 
-    /// Whether it is time for a checkpoint.
+    /// Whether a checkpoint is due.
     pub(crate) fn due(&self) -> bool {
         let last = *self.last.lock().unwrap_or_else(PoisonError::into_inner);
         self.every.is_some_and(|every| last.elapsed() >= every)
@@ -204,12 +204,12 @@ impl Work {
         postcard::from_bytes(&bytes).map(Some).map_err(EvaluateError::Checkpoint)
     }
 
-    /// Whether there is one.
+    /// Whether there is a checkpoint.
     pub(crate) fn holds<C: Checkpoint>(&self, round: Round) -> bool {
         self.folder.holds(&name::<C>(round))
     }
 
-    /// Brings a file to disk that a checkpoint will speak of.
+    /// Syncs a file to disk before a checkpoint refers to it.
     pub(crate) fn sync(&self, file: &Path) -> Result<(), EvaluateError> {
         Ok(self.folder.sync(file)?)
     }
@@ -223,7 +223,7 @@ impl Work {
         self.folder.forget(&name::<C>(round));
     }
 
-    /// Leaves what was done for another process, where there is a checkpoint; tells where.
+    /// Leaves the folder for another process if there is a checkpoint, and notifies the watcher of its path.
     pub(crate) fn leave(mut self, progress: &dyn Progress) {
         if self.folder.has_checkpoint() {
             self.folder.keep();
@@ -239,7 +239,7 @@ fn name<C: Checkpoint>(round: Round) -> String {
     }
 }
 
-/// Does something in so many threads, as opening a log that has to be decoded for it.
+/// Runs `work` on this many threads, for example opening a log that must be decoded.
 ///
 /// # Errors
 /// When they cannot be started.
@@ -247,14 +247,14 @@ pub fn in_threads<R: Send>(threads: usize, work: impl FnOnce() -> R + Send) -> R
     Ok(pool(threads)?.install(work))
 }
 
-/// Threads for what is not read scan by scan.
+/// Threads for work that does not read scan by scan.
 pub(crate) fn pool(threads: usize) -> Result<rayon::ThreadPool, EvaluateError> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     pool.map_err(|source| EvaluateError::Threads { threads, source })
 }
 
-/// Stands for everything that the numbers depend on, and for where maps are saved: this version, the log, the runs, the
-/// settings. The same on every machine and in every build.
+/// Identifies everything that the numbers depend on, and where maps are saved: this version, the log, the
+/// runs, the settings. The same on every machine and in every build.
 fn identity(
     log: &dyn ScanLog,
     runs: &[Run],
@@ -283,7 +283,7 @@ fn identity(
     Ok(format!("{:016x}", hash.0.finish()))
 }
 
-/// The 64-bit FNV-1a hash of what is serialised.
+/// The 64-bit FNV-1a hash of a serialised value.
 struct Hash(fnv::FnvHasher);
 
 impl Hash {

@@ -1,4 +1,4 @@
-"""Parts of a score, done by workers: files brought to them, commands run on them, and what they write brought back.
+"""Parts of a score on workers: copies files to them, runs commands there, and copies the output back.
 
-Nothing here knows who hands out the parts.
+Independent of the scheduler.
 """

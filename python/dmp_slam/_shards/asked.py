@@ -1,4 +1,4 @@
-"""What is asked for: keywords of a score as options of its parts, runs and logs as they reach workers."""
+"""The request: keywords of a score as options of its parts, and runs and logs as workers reach them."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from ..errors import UsageError
 from .job import Asked, Given
 from .places import Place, is_url, place_of
 
-#: Options of ``dmp score`` that parts do not have: the command says why.
+#: Options of ``dmp score`` that parts do not have: the command explains why.
 WHOLE = ("report", "scene", "keep", "residuals", "per_frame", "per_tile", "save_maps", "resume", "checkpoint")
-#: Options of the commands that have arguments of their own.
+#: Options with arguments of their own.
 _OWN = ("trajectory", "output", "cores", "log", "work")
 _MEANS = ("memory", "threads")
 _PLAN, _REDUCE = ("shard", "plan"), ("shard", "reduce")
@@ -27,19 +27,19 @@ class Settings(NamedTuple):
     plan: list[str]
     gates: list[str]
     means: tuple[str, ...]
-    #: The file that gates are written to.
+    #: The file for the gates' results.
     junit: Path | None
 
 
 def settings_of(given: Mapping[str, Any]) -> Settings:
-    """Keywords as the options of the commands that they belong to; what their parsers refuse is refused."""
+    """Keywords as options of the commands that they belong to; invalid ones are rejected."""
     gates = set(options(_REDUCE)) - {*_OWN, *_MEANS}
     known = (set(options(_PLAN)) | gates) - set(_OWN)
     for keyword in given:
         if keyword not in known:
             raise TypeError(unknown(("score",), keyword, sorted(known - set(WHOLE))))
     own = {keyword: _reachable(value) for keyword, value in given.items()}
-    # Whatever their value is: they are refused.
+    # Rejected with any value.
     own.update({keyword: "asked" for keyword in WHOLE[:6] if own.get(keyword) is True})
     junit = own.pop("junit", None)
     of_means = {keyword: own.pop(keyword) for keyword in _MEANS if keyword in own}
@@ -58,7 +58,7 @@ def settings_of(given: Mapping[str, Any]) -> Settings:
 
 
 def _reachable(value: Any) -> Any:
-    """A value; files by paths that hold wherever workers are."""
+    """A value in which paths are absolute, so that they hold on all workers."""
     if isinstance(value, Mapping):
         return {name: _reachable(one) for name, one in value.items()}
     is_path = isinstance(value, os.PathLike) or (isinstance(value, str) and ("/" in value or "." in value))
@@ -66,7 +66,7 @@ def _reachable(value: Any) -> Any:
 
 
 def log_of(log: Any, storage_options: Mapping[str, Any] | None) -> Place:
-    """Where a log is."""
+    """The place of a log."""
     if isinstance(log, (list, tuple)) and len(log) == 1:
         (log,) = log
     if not isinstance(log, (str, os.PathLike)) or hasattr(log, "lidar"):
@@ -77,7 +77,7 @@ def log_of(log: Any, storage_options: Mapping[str, Any] | None) -> Place:
 def asked_of(
     runs: Runs, folder: Path, settings: Settings, cores: int, storage_options: Mapping[str, Any] | None
 ) -> Asked:
-    """What is to be planned. Runs in memory are written into a folder."""
+    """The request to plan. Runs in memory are written into a folder."""
     given = [_given(text, folder, storage_options) for text in trajectories(runs, folder)]
     files = sorted(file for file in folder.rglob("*") if file.is_file())
     packed = {str(file.relative_to(folder)): file.read_bytes() for file in files}
@@ -99,13 +99,13 @@ def _given(text: str, folder: Path, storage_options: Mapping[str, Any] | None) -
 
 
 def local_files(log: Place, work: Place, runs: list[Given]) -> list[str]:
-    """What every worker must see: files and folders that are here."""
+    """Local files and folders that every worker must see."""
     places = [log, work, *(run.place for run in runs if run.place is not None)]
     return [place.path for place in places if place.is_local and os.path.exists(place.path)]
 
 
 def parts_of(parts: int | Mapping[str, int] | None, suggested: Mapping[str, int], stages: tuple[str, ...]) -> dict[str, int]:
-    """How many parts each stage has: as many as the plan suggests, but where it is said."""
+    """The number of parts of each stage: the given one, else the plan's suggestion."""
     said: Mapping[str, int] = parts if isinstance(parts, Mapping) else {}
     if isinstance(parts, int):
         said = dict.fromkeys(stages, parts)

@@ -1,4 +1,4 @@
-"""Files that parts read, on the disk of a worker: as many as a bound allows, those least recently used go first."""
+"""A cache on a worker's disk for the files that parts read; evicts the least recently used above a limit."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from .._listener import Event
 from ..errors import Cancelled, Error
 from .places import at_once
 
-#: How often it is looked whether a part that waits is to stop, seconds.
+#: Interval at which a waiting part checks for cancellation, seconds.
 _LOOK_S = 0.1
 
 
 class Want(NamedTuple):
-    """Files that a part reads, which come and go together."""
+    """Files that a part reads; they are fetched and removed together."""
 
-    #: What they are, in the words of the job that they belong to.
+    #: Their identity, in the words of their job.
     key: tuple[str, ...]
-    #: What they take on the disk.
+    #: Their size on disk.
     size: int
-    #: Brings them into a folder.
+    #: Fetches them into a folder.
     fetch: Callable[[Path], None]
 
 
@@ -37,7 +37,7 @@ class _Entry:
 
 
 def _bring(want: Want, entry: _Entry) -> None:
-    """Brings what is not there yet. Who comes while another brings it waits, and brings it if that fails."""
+    """Fetches missing files. Other threads wait for a running fetch, and fetch themselves if it fails."""
     with entry.fetching:
         if not entry.is_whole:
             entry.folder.mkdir(parents=True)
@@ -67,7 +67,7 @@ class Cache:
     def holding(
         self, whose: str, wants: Sequence[Want], most: int, stop: Event
     ) -> Iterator[list[Path]]:
-        """The folders of what is wanted, for as long as it is needed. All of it takes its room at once: none waits with room taken."""
+        """The folders of the wanted files, as long as needed. Space is reserved at once: nobody waits while holding space."""
         entries = self._take(whose, wants, most, stop)
         try:
             at_once(lambda number: _bring(wants[number], entries[number]), range(len(wants)))
@@ -76,7 +76,7 @@ class Cache:
             self._give_back(wants, entries)
 
     def forget(self, job: str) -> None:
-        """Removes what belongs to a job and is not in use."""
+        """Removes the unused files of a job."""
         with self._changed:
             for key in [key for key, entry in self._entries.items() if key[0] == job and not entry.users]:
                 self._evict(key)
@@ -94,7 +94,7 @@ class Cache:
             return [self._use(want) for want in wants]
 
     def _make_room(self, wants: Sequence[Want], wanted: set[tuple[str, ...]], most: int) -> bool:
-        """Whether what is wanted fits, when what nobody uses has gone."""
+        """Whether the wanted files fit after evicting unused ones."""
         new = sum(want.size for want in wants if want.key not in self._entries)
         for key, entry in list(self._entries.items()):
             if self.held + new <= most:

@@ -1,4 +1,4 @@
-"""A job on a cluster of ``dask.distributed``: its tasks, and how they are watched and stopped."""
+"""A job on a ``dask.distributed`` cluster: starts, watches and stops its tasks."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from ..errors import Cancelled, Error, UsageError
 from . import dask_worker as worker
 from .job import BEFORE, STAGES, Asked, Job, Part, Planned, Reduced
 
-#: How often a job is looked at, seconds.
+#: Interval at which a job is checked, seconds.
 _LOOK_S = 0.05
-#: How long workers have to stop what they do, seconds.
+#: Time for workers to stop, seconds.
 _STOP_S = 60.0
-#: Cores of a cluster that has none yet.
+#: Assumed cores of a cluster without workers yet.
 _CORES = 8
 
 
 class DaskCluster(NamedTuple):
-    """The workers of a client, and what tasks take of them."""
+    """The workers of a client, and the resources of a task."""
 
     client: Any
     retries: int
@@ -48,7 +48,7 @@ class DaskCluster(NamedTuple):
         return sum(self.client.nthreads().values()) or _CORES
 
     def check(self, paths: Sequence[str]) -> None:
-        """Refuses workers of another version, and those that do not see local files."""
+        """Rejects workers of another version, and those that do not see local files."""
         try:
             seen = self.client.run(worker.look, list(paths))
         except ImportError as error:
@@ -61,7 +61,7 @@ class DaskCluster(NamedTuple):
 
     @contextmanager
     def doing(self, job: Job, listener: Listener) -> Iterator[Running]:
-        """A job. Whatever becomes of it, nothing of it runs or is kept on a worker afterwards."""
+        """A job. At its end, in any case, none of its tasks runs and no worker keeps its files."""
         running = Running(self, job, listener)
         try:
             yield running
@@ -85,11 +85,11 @@ class Running:
         return planned
 
     def reduce(self, planned: Planned, parts: Mapping[str, int], gates: list[str], junit: bool) -> Reduced:
-        """Does all parts, and adds up what they come to."""
+        """Does all parts and merges their results."""
         own = planned.hash[:8]
         ends: dict[str, Any] = {}
         stages: dict[str, list[Any]] = {}
-        # What others wait for comes first.
+        # Tasks that others wait for come first.
         for stage in STAGES:
             after = [ends[before] for before in BEFORE[stage]]
             these = [Part(stage, number, parts[stage]) for number in range(1, parts[stage] + 1)]
@@ -111,14 +111,14 @@ class Running:
         return reduced
 
     def whole(self, words: list[str], log: str) -> str:
-        """Does a whole command on a log by one task: what it prints."""
+        """Runs a whole command on a log in one task; returns its output."""
         future = self._submit(worker.whole, words, log, name="score", priority=0)
         text, said = self._wait(future, {"score": [future]})
         self._say(said)
         return str(text)
 
     def end(self) -> None:
-        """Stops what still runs, waits for that, and lets go of everything."""
+        """Stops running tasks, waits for them, and releases everything."""
         client, name = self._cluster.client, self._job.name
         if client.status != "running":
             return
@@ -147,15 +147,15 @@ class Running:
             self._listener.say(line)
 
     def _wait(self, last: Any, stages: Mapping[str, Sequence[Any]]) -> Any:
-        """What the last task gives."""
-        told = None
+        """The result of the last task."""
+        shown = None
         while not last.done():
             if self._listener.is_cancelled():
                 raise Cancelled("stopped before the end")
             for stage, futures in stages.items():
                 done = sum(future.status == "finished" for future in futures)
                 if done < len(futures):
-                    if told != (told := (stage, done)):
+                    if shown != (shown := (stage, done)):
                         self._listener.progress(stage, "parts", done, len(futures))
                     break
             time.sleep(_LOOK_S)
@@ -176,6 +176,6 @@ def _result(future: Any) -> Any:
 
 
 def _threads(resources: Mapping[str, float]) -> int:
-    """Threads of a task, as its resources say."""
+    """Number of threads of a task, by its resources."""
     named = [count for name, count in resources.items() if name.lower() in ("threads", "cores", "cpu")]
     return max(1, int(min(named, default=1)))

@@ -14,23 +14,23 @@ from ..errors import Cancelled
 from . import stage, tasks
 from .job import Asked, Done, Job, Part, Planned, Reduced, Site
 
-#: How much of a worker's memory the parts on it are promised: the rest is the interpreter's, and what comes unforeseen.
+#: Share of a worker's memory for its parts: the rest is for the interpreter and reserve.
 _PROMISED = 0.6
-#: How often it is looked whether a task was cancelled, seconds.
+#: Interval at which cancellation is checked, seconds.
 _LOOK_S = 0.05
 _ENDING = ("closing", "closed", "failed")
 
-#: Tasks of each job that run in this process, and jobs that are over.
+#: Tasks of each job that run in this process, and finished jobs.
 _running: dict[str, int] = {}
 _over: set[str] = set()
 _lock = threading.Lock()
 
-#: A job, and threads of each of its tasks.
+#: A job, and the number of threads of each task.
 Task = tuple[Job, int]
 
 
 class Tally(NamedTuple):
-    """What the parts of a stage took."""
+    """What the parts of a stage read and reused."""
 
     parts: int
     done_before: int
@@ -50,13 +50,13 @@ def plan(task: Task, asked: Asked) -> Planned:
 
 
 def part(task: Task, what: Part, parts: Mapping[str, int], is_whole: bool, _: Sequence[Tally]) -> Done:
-    """Does a part, after those that are last."""
+    """Does a part, after the tasks in the last argument."""
     with _site(task) as site:
         return tasks.part(task[0], what, parts, is_whole, site)
 
 
 def all_of(_: Task, done: Sequence[Done]) -> Tally:
-    """All parts of a stage are done: what waits for them waits for one task."""
+    """Joins all parts of a stage, so that later tasks wait for one task."""
     before = sum(one.was_done for one in done)
     return Tally(len(done), before, sum(one.log_bytes for one in done), sum(one.work_bytes for one in done))
 
@@ -64,24 +64,24 @@ def all_of(_: Task, done: Sequence[Done]) -> Tally:
 def reduce(
     task: Task, parts: Mapping[str, int], is_whole: bool, gates: list[str], junit: bool, _: Sequence[Tally]
 ) -> Reduced:
-    """Adds up what all parts came to."""
+    """Merges the results of all parts."""
     with _site(task) as site:
         return tasks.reduce(task[0], parts, is_whole, gates, junit, site)
 
 
 def whole(task: Task, words: list[str], log: str) -> tuple[str, list[str]]:
-    """A whole command on a log: what it prints and says."""
+    """Runs a whole command on a log; returns its output and messages."""
     with _site(task) as site:
         return tasks.whole(task[0], words, log, site)
 
 
 def look(paths: Sequence[str]) -> tuple[str, list[str]]:
-    """The version of this package here, and which files are not here."""
+    """The version of this package here, and the missing files."""
     return _core.__version__, [path for path in paths if not os.path.exists(path)]
 
 
 def end(job: str, dask_worker: Any) -> int:
-    """A job is over: its tasks stop. How many still run; when there are none, what was kept for it has gone."""
+    """Ends a job: its tasks stop. Returns the number still running; at 0 its cached files are removed."""
     with _lock:
         _over.add(job)
         still = _running.get(job, 0)
@@ -91,7 +91,7 @@ def end(job: str, dask_worker: Any) -> int:
 
 
 class _Stop:
-    """Whether a task is to stop: it was cancelled, its job is over, or the worker closes."""
+    """Whether a task must stop: it was cancelled, its job ended, or the worker closes."""
 
     def __init__(self, worker: Any, key: Any, job: str) -> None:
         self._worker, self._key, self._job = worker, key, job
@@ -109,7 +109,7 @@ class _Stop:
 
 @contextmanager
 def _site(task: Task) -> Iterator[Site]:
-    """Where the task of this thread is done."""
+    """The site of the current thread's task."""
     from distributed import get_worker
 
     job, threads = task

@@ -1,4 +1,4 @@
-"""What is handed to those who do parts of a score, and what they hand back."""
+"""The input and output of tasks that do parts of a score."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any, Mapping, NamedTuple
 from .._listener import Event
 from .places import Place
 
-#: The stages of which there are parts.
+#: The stages with parts.
 STAGES = ("fuse", "merge", "cast", "drift")
 #: The stages that must be done before.
 BEFORE: Mapping[str, tuple[str, ...]] = {
@@ -18,56 +18,56 @@ BEFORE: Mapping[str, tuple[str, ...]] = {
     "drift": (),
     "reduce": STAGES,
 }
-#: What every part reads.
+#: The files that every part reads.
 PLAN_FILES = ("plan.json", "runs.part")
 
 
 class Job(NamedTuple):
     """A score in parts."""
 
-    #: What no other job is called.
+    #: Its unique name.
     name: str
     log: Place
-    #: The folder of the plan, where the files of all parts lie.
+    #: The folder of the plan, with the files of all parts.
     work: Place
-    #: Most bytes of files that a worker keeps for parts; ``None`` for half of what its disk has free.
+    #: Most bytes of files that a worker caches for parts; ``None``: half of its free disk space.
     cache_bytes: int | None
-    #: What was asked for every command: memory and threads.
+    #: Options for every command: memory and threads.
     means: tuple[str, ...]
 
 
 class Planned(NamedTuple):
-    """What a plan says."""
+    """The content of a plan."""
 
     hash: str
-    #: How many parts of each stage make sense.
+    #: Suggested number of parts of each stage.
     suggested: dict[str, int]
-    #: Whether the log is opened as a whole by every part.
+    #: Whether every part opens the whole log.
     is_whole: bool
-    #: What the command said.
+    #: Messages of the command.
     said: list[str]
 
 
 class Given(NamedTuple):
-    """A run as it was given."""
+    """A given run."""
 
-    #: Its name and a sign of equality, or nothing.
+    #: Its name and ``=``, or nothing.
     prefix: str
-    #: As the command takes it, or the name of a file that is handed over with the plan.
+    #: Its argument for the command, or the name of a file sent with the plan.
     text: str
-    #: Where its file is, if it is to be brought.
+    #: The place of its file, if it must be fetched.
     place: Place | None = None
     is_packed: bool = False
 
 
 class Asked(NamedTuple):
-    """What is to be planned."""
+    """A request to plan."""
 
     settings: list[str]
     runs: list[Given]
-    #: Runs that were in memory, as files.
+    #: Runs in memory, as files.
     packed: Mapping[str, bytes]
-    #: How to get to files that options name.
+    #: Access options for the files that options name.
     options: Mapping[str, Any]
     #: Cores of all workers.
     cores: int
@@ -86,57 +86,57 @@ class Part(NamedTuple):
 
     @property
     def label(self) -> str:
-        """As commands take it."""
+        """Its name in arguments of commands."""
         return f"{self.number}/{self.of}"
 
     @property
     def stem(self) -> str:
-        """What the names of its files begin with."""
+        """The stem of its file names."""
         return f"{self.stage}-{self.number}-of-{self.of}."
 
     @property
     def receipt(self) -> str:
-        """The name of the file that says that it is done."""
+        """The name of its receipt file, which marks it as done."""
         return f"{self.stem}part"
 
 
 class Done(NamedTuple):
-    """A part that was done."""
+    """A finished part."""
 
     part: Part
-    #: Bytes of the log and of the folder of the plan that were brought for it.
+    #: Bytes of the log and of the plan's folder fetched for it.
     log_bytes: int = 0
     work_bytes: int = 0
-    #: Whether it was done before.
+    #: Whether it was already done.
     was_done: bool = False
 
 
 class Reduced(NamedTuple):
-    """What all parts came to."""
+    """The merged result of all parts."""
 
     text: str
     is_damaged: bool
     gate_failed: bool
     said: list[str]
-    #: The JUnit file, if it was asked for.
+    #: The JUnit file, if requested.
     junit: str | None
 
 
 class Site(NamedTuple):
     """Where a part is done."""
 
-    #: A folder on the disk there.
+    #: A folder on the local disk.
     folder: Path
-    #: What it may use of the memory, if that is known.
+    #: Its share of the memory, if known.
     memory_bytes: int | None
-    #: Threads that it may use.
+    #: Its number of threads.
     threads: int
-    #: Whether it is to stop.
+    #: Whether to stop.
     stop: Event
 
 
 def receipts_before(stage: str, parts: Mapping[str, int]) -> list[str]:
-    """The names of the files that say that the stages before are done."""
+    """The names of the receipts of earlier stages."""
     return [
         Part(before, number, parts[before]).receipt
         for before in BEFORE[stage]

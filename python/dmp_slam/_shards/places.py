@@ -1,4 +1,4 @@
-"""Files and folders by path or URL: whatever fsspec reads and writes."""
+"""Files and folders by path or URL: everything that fsspec reads and writes."""
 
 from __future__ import annotations
 
@@ -12,28 +12,28 @@ from .._arguments import StrPath
 from .._listener import Event
 from ..errors import Cancelled, Error, InputError, UsageError
 
-#: Bytes fetched in one request, and asked for at a time: what a fetch holds in memory.
+#: Bytes per request, and bytes in flight: the memory of a fetch.
 _BLOCK_BYTES, _BATCH_BYTES = 4 << 20, 16 << 20
 #: Files fetched at a time.
 _AT_ONCE = 8
-#: How long a request that failed is let rest before it is made again, seconds.
+#: Delays before a failed request is repeated, seconds.
 _RESTS_S = (0.1, 0.4, 1.5, 4.0)
 
 _LOCAL = ("file://", "local://")
 _Found = TypeVar("_Found")
 _Of = TypeVar("_Of")
-#: From a byte to one that is not in it any more.
+#: Half-open range of bytes.
 Range = tuple[int, int]
 
 
 class Place(NamedTuple):
-    """Where a file or a folder is."""
+    """The place of a file or a folder."""
 
     #: An absolute path, or a URL.
     path: str
-    #: How to get there, as fsspec takes it.
+    #: Access options for fsspec.
     options: Mapping[str, Any]
-    #: Whether it is a path, which commands take.
+    #: Whether it is a path, which commands accept.
     is_local: bool
 
     def __str__(self) -> str:
@@ -71,7 +71,7 @@ def _opened(place: Place) -> tuple[Any, str]:
     try:
         system, path = url_to_fs(place.path, **place.options)
     except ImportError as error:
-        # It names what is to be installed.
+        # It names the package to install.
         raise ImportError(f"{place}: {error}") from None
     except ValueError as error:
         raise UsageError(f"{place}: {error}") from None
@@ -79,7 +79,7 @@ def _opened(place: Place) -> tuple[Any, str]:
 
 
 def _again(place: Place, stop: Event | None, call: Callable[[Any, str], _Found]) -> _Found:
-    """Makes a request, and makes it again when it fails."""
+    """Makes a request, and repeats it on failure."""
     system, path = _opened(place)
     for rest_s in (*_RESTS_S, None):
         if stop is not None and stop.is_set():
@@ -92,7 +92,7 @@ def _again(place: Place, stop: Event | None, call: Callable[[Any, str], _Found])
             raise InputError(f"{place}: it may not be read or written: {error}") from None
         except Error:
             raise
-        # Every file system has errors of its own.
+        # Every file system has its own errors.
         except Exception as error:
             if rest_s is None:
                 raise Error(f"{place}: {type(error).__name__}: {error}") from None
@@ -122,7 +122,7 @@ def is_there(place: Place, stop: Event | None = None) -> bool:
 
 
 def files_of(place: Place, stop: Event | None = None) -> dict[str, int]:
-    """The files of a folder and of those in it with their bytes, by their names seen from there; one without a name if it is a file."""
+    """The files of a folder and its subfolders with their sizes, by relative name; one without a name for a file."""
 
     def files(system: Any, path: str) -> dict[str, int]:
         system.invalidate_cache()
@@ -136,18 +136,18 @@ def files_of(place: Place, stop: Event | None = None) -> dict[str, int]:
 
 
 def at_once(call: Callable[[_Of], _Found], of: Iterable[_Of]) -> list[_Found]:
-    """Calls for several files, some of them at a time: a store far away is slow to answer and quick to send."""
+    """Calls a function for several files, some in parallel: a remote store has high latency and high throughput."""
     with ThreadPoolExecutor(_AT_ONCE) as threads:
         return list(threads.map(call, of))
 
 
 def fetch_all(place: Place, folder: Path, files: Mapping[str, int], stop: Event) -> None:
-    """Brings the files of a folder, or the one without a name to the path itself."""
+    """Fetches the files of a folder, or the one without a name to the path itself."""
     at_once(lambda name: fetch(place.join(name), folder / name, files[name], None, stop), files)
 
 
 def fetch(place: Place, file: Path, size: int, ranges: Sequence[Range] | None, stop: Event) -> None:
-    """Brings a file, or some ranges of its bytes into one of the same length with holes."""
+    """Fetches a file, or some ranges of its bytes into a sparse file of the same length."""
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
         with file.open("wb") as out:
@@ -189,10 +189,10 @@ def _batches(ranges: Sequence[Range]) -> Iterator[list[Range]]:
 
 
 def bring(file: Path, place: Place, stop: Event | None = None) -> None:
-    """Brings a file from the disk to its place."""
+    """Uploads a local file to a place."""
     _again(place, stop, lambda system, path: system.put_file(str(file), path))
 
 
 def remove(place: Place) -> None:
-    """Removes a folder with all that is in it."""
+    """Removes a folder with its content."""
     _again(place, None, lambda system, path: system.rm(path, recursive=True))

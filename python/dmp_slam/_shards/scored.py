@@ -1,4 +1,4 @@
-"""A score in parts, whoever hands them out."""
+"""A score in parts, for any scheduler."""
 
 from __future__ import annotations
 
@@ -23,30 +23,30 @@ from .places import place_of
 
 
 class Doing(Protocol):
-    """A job that is being done."""
+    """A running job."""
 
     def plan(self, asked: Asked) -> Planned:
         """Plans it."""
 
     def reduce(self, planned: Planned, parts: Mapping[str, int], gates: list[str], junit: bool) -> Reduced:
-        """Does all parts, and adds up what they come to."""
+        """Does all parts and merges their results."""
 
 
 class Workers(Protocol):
-    """Who does parts."""
+    """The workers of a scheduler."""
 
     def cores(self) -> int:
-        """Threads of all of them."""
+        """Their total number of threads."""
 
     def check(self, paths: list[str]) -> None:
-        """Refuses those that cannot do it, or do not see local files."""
+        """Rejects workers that are unsuitable or do not see local files."""
 
     def doing(self, job: Job, listener: Listener) -> AbstractContextManager[Doing]:
-        """A job. Whatever becomes of it, nothing of it runs afterwards."""
+        """A job. At its end, in any case, none of its tasks runs."""
 
 
 class Where(NamedTuple):
-    """Where parts are done and in how many."""
+    """Where parts are done, and their number."""
 
     work: StrPath | None
     parts: int | Mapping[str, int] | None
@@ -62,7 +62,7 @@ def in_parts(
     listener: Listener,
     given: Settings,
 ) -> Result:
-    """Scores runs on a log by workers, and closes the listener."""
+    """Scores runs on a log with workers, and closes the listener."""
     log_place = log_of(log, where.storage_options)
     parts_of(where.parts, {}, STAGES)
     with tempfile.TemporaryDirectory(prefix="dmp-python-") as packed:

@@ -1,4 +1,4 @@
-"""The folder in which a part is done: what it reads is brought there, what it writes is taken away."""
+"""The local folder of a part: fetches its input and uploads its output."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from .cache import Cache, Want
 from .job import PLAN_FILES, Job, Part, Site
 from .places import Place, at_once, bring, fetch, fetch_all, files_of, size_of
 
-#: What all files of this package are in, on the disk of a worker.
+#: The folder of all files of this package on a worker's disk.
 _FOLDER = "dmp-parts"
 _CACHES: dict[Path, Cache] = {}
 _LOCK = threading.Lock()
 
 
 class Staged(NamedTuple):
-    """What a command is given."""
+    """The input of a command."""
 
     #: The folder of the plan.
     plan: Path
@@ -37,23 +37,23 @@ class Staged(NamedTuple):
 
     @property
     def arguments(self) -> list[str]:
-        """As options."""
+        """The same as options."""
         log = [] if self.log is None else [f"--log={self.log}"]
         return [*log, f"--work={self.scratch}"]
 
 
 @contextmanager
 def staged(job: Job, site: Site, receipts: Sequence[str], part: Part | None, is_whole: bool) -> Iterator[Staged]:
-    """Brings what a part reads, or without one what the sum of all does; takes away what a part wrote, when it is done."""
+    """Fetches the input of a part, or of the reduction without a part; uploads the part's output at the end."""
     names: dict[str, str] = {}
-    with told_by_place(names), own_folder(job, site) as scratch, ExitStack() as stack:
+    with errors_by_place(names), own_folder(job, site) as scratch, ExitStack() as stack:
         plan = Path(job.work.path) if job.work.is_local else _plan_folder(job, site, receipts, scratch)
         names[str(plan)] = str(job.work)
         bare = Staged(plan, Path(job.log.path) if job.log.is_local else None, scratch)
         wants = [_whole_log(job, site)] if is_whole and bare.log is None else []
         needs: dict[str, Any] = {"log": [], "files": []}
         if part is not None and not (job.log.is_local and job.work.is_local):
-            # Commands open a log without an index of its scans, whatever they do.
+            # Commands may read any byte of a log without an index of its scans.
             with _holding(job, site, part, wants) as held:
                 opened = bare._replace(log=held[0] / job.log.name) if held else bare
                 needs = _needs(job, site, part, opened)
@@ -73,7 +73,7 @@ def staged(job: Job, site: Site, receipts: Sequence[str], part: Part | None, is_
 
 @contextmanager
 def own_folder(job: Job, site: Site) -> Iterator[Path]:
-    """A folder for one part, which goes with all that is in it."""
+    """A temporary folder for one part."""
     beside = site.folder / _FOLDER / job.name
     beside.mkdir(parents=True, exist_ok=True)
     folder = Path(tempfile.mkdtemp(prefix="part-", dir=beside))
@@ -84,23 +84,23 @@ def own_folder(job: Job, site: Site) -> Iterator[Path]:
 
 
 @contextmanager
-def told_by_place(names: dict[str, str]) -> Iterator[None]:
-    """Errors name files where they are, not where they were brought."""
+def errors_by_place(names: dict[str, str]) -> Iterator[None]:
+    """Errors name the original places of files, not their local copies."""
     try:
         yield
     except Error as error:
-        told = line = str(error)
-        # Of a disk that is full it matters where it is.
-        if "cannot write" not in told:
+        text = line = str(error)
+        # For a full disk, the local path matters.
+        if "cannot write" not in text:
             for path, place in names.items():
                 line = line.replace(path, place)
-        if line == told:
+        if line == text:
             raise
         raise type(error)(line) from None
 
 
 def forget(job: str, folder: Path) -> None:
-    """Removes what a worker has of a job."""
+    """Removes a job's files from a worker."""
     with _LOCK:
         cache = _CACHES.get(folder)
     if cache is not None:
@@ -109,7 +109,7 @@ def forget(job: str, folder: Path) -> None:
 
 
 def means(job: Job, site: Site) -> list[str]:
-    """The options that say what a command may use: what was asked for, or what the worker has for it."""
+    """The options for memory and threads: the given ones, or the worker's share."""
     given = list(job.means)
     if not any(option.startswith("--threads") for option in given):
         given.append(f"--threads={site.threads}")
@@ -133,7 +133,7 @@ def _holding(
 
 
 def _needs(job: Job, site: Site, part: Part, opened: Staged) -> dict[str, Any]:
-    """What a part reads, as the command says it."""
+    """The files that a part reads, by the command."""
     words = ["shard", "inputs", str(opened.plan), part.stage, f"--part={part.label}"]
     printed = execute([*words, *opened.arguments, *means(job, site)], False, site.stop)
     found: dict[str, Any] = json.loads(printed.text)
@@ -189,14 +189,14 @@ def _work_file(job: Job, site: Site, file: dict[str, Any], sizes: Mapping[str, i
 
 
 def _ranges(ranges: list[dict[str, int]] | None, length: int) -> list[tuple[int, int]]:
-    """Ranges as they are fetched. Of a file that was cut they are what there is: commands tell that it was."""
+    """Ranges to fetch. Those of a truncated file end with it; the command reports that."""
     if ranges is None:
         return [(0, length)]
     return [(one["start"], min(one["end"], length)) for one in ranges if one["start"] < length]
 
 
 def _plan_folder(job: Job, site: Site, receipts: Sequence[str], scratch: Path) -> Path:
-    """A folder with the plan and with what says that the stages before are done."""
+    """A folder with the plan and the receipts of earlier stages."""
     folder, heads = scratch / "plan", site.folder / _FOLDER / job.name / "heads"
     heads.mkdir(parents=True, exist_ok=True)
     folder.mkdir()
@@ -221,7 +221,7 @@ def _link(file: Path, folder: Path) -> None:
 
 
 def _take_away(job: Job, site: Site, part: Part, folder: Path) -> None:
-    """Brings what a part wrote to its place: what says that it is done comes last."""
+    """Uploads the output of a part: its receipt last."""
     written = sorted(name for name in os.listdir(folder) if name.startswith(part.stem) and name != part.receipt)
     for name in [*written, part.receipt]:
         bring(folder / name, job.work.join(name), site.stop)

@@ -1,4 +1,4 @@
-"""The logs of a suite, scored on a cluster: for ``dmp_slam.suite``, and run by ``dmp suite --dask``."""
+"""Scores the logs of a suite on a cluster: for ``dmp_slam.suite`` and ``dmp suite --dask``."""
 
 from __future__ import annotations
 
@@ -20,27 +20,27 @@ from .job import Job
 from .places import place_of, remove
 from .scored import Where, in_parts
 
-#: What is written where a result belongs that there cannot be.
+#: Written in place of a result that cannot exist.
 _PROBLEM = "dmp-suite-problem/1"
-#: Most logs that are worked on at a time: each has a thread here.
+#: Most logs processed at a time: each has a thread here.
 _AT_ONCE = 32
 
-#: How often a part that failed is tried again.
+#: How often a failed part is tried again.
 RETRIES = 2
 
-#: Told of a line, or of how many logs are done.
-Told = Callable[[str], None]
+#: Called with a line, or with the number of finished logs.
+Said = Callable[[str], None]
 Counted = Callable[[int], None]
 
 
 class Missing(NamedTuple):
-    """A log without a result, as ``dmp suite --list`` has it."""
+    """A log without a result, as in ``dmp suite --list``."""
 
     name: str
     runs: list[str]
     options: list[str]
     log: str
-    #: Where the result belongs.
+    #: The path for the result.
     result: Path
     is_in_parts: bool
 
@@ -54,7 +54,7 @@ class Missing(NamedTuple):
 
 
 class _Stop:
-    """Somebody asked to stop, or one of the jobs could not go on."""
+    """Whether the user stopped the suite or a job failed."""
 
     def __init__(self, cancel: Event | None) -> None:
         self._cancel, self._own = cancel, threading.Event()
@@ -71,13 +71,13 @@ def score_all(
     cluster: DaskCluster,
     where: Where,
     means: list[str],
-    told: tuple[Told, Counted],
+    listeners: tuple[Said, Counted],
     cancel: Event | None,
 ) -> None:
-    """Scores the logs of a list, several at a time, each into the file of its result; where one cannot be scored, it says why."""
+    """Scores the listed logs, several at a time, and writes each result to its file; for a failed log, the reason."""
     if listed["dmp_version"] != _core.__version__:
         raise UsageError(f"the suite is of dmp {listed['dmp_version']}, the package dmp-slam here is {_core.__version__}")
-    say, count = told
+    say, count = listeners
     stop = _Stop(cancel)
     logs = [Missing.of(log) for log in listed["logs"]]
     with ThreadPoolExecutor(min(_AT_ONCE, cluster.cores() + 1)) as threads:
@@ -93,7 +93,7 @@ def score_all(
 
 
 def _score(log: Missing, cluster: DaskCluster, where: Where, means: list[str], stop: Event) -> list[str]:
-    """Scores a log; what was said."""
+    """Scores a log; returns the messages."""
     said: list[str] = []
     listener = Listener(False, stop, said)
     try:
@@ -101,7 +101,7 @@ def _score(log: Missing, cluster: DaskCluster, where: Where, means: list[str], s
     except Cancelled:
         raise
     except (Error, ImportError, OSError) as error:
-        # The suite tells of it.
+        # The suite reports it.
         text = json.dumps({"schema": _PROBLEM, "problem": str(error) or type(error).__name__})
     beside = log.result.with_name(f".{log.result.name}.{uuid.uuid4().hex[:8]}")
     beside.write_text(text, encoding="utf-8")
@@ -113,7 +113,7 @@ def _in_parts(log: Missing, cluster: DaskCluster, where: Where, means: list[str]
     settings = Settings(log.options, [], tuple(means), None)
     own = None
     if where.work is not None:
-        # Found again by a suite that goes on.
+        # Reused when the suite resumes.
         own = place_of(where.work, where.storage_options).join(log.result.stem)
         where = where._replace(work=own.path)
         if own.is_local:
@@ -125,7 +125,7 @@ def _in_parts(log: Missing, cluster: DaskCluster, where: Where, means: list[str]
 
 
 def _whole(log: Missing, cluster: DaskCluster, means: list[str], listener: Listener) -> str:
-    """By one task: what parts do not have was asked for."""
+    """Scores in one task: an option is not available in parts."""
     place = log_of(log.log, None)
     job = Job(uuid.uuid4().hex[:8], place, place, None, tuple(means))
     cluster.check(local_files(place, place, []))
@@ -135,7 +135,7 @@ def _whole(log: Missing, cluster: DaskCluster, means: list[str], listener: Liste
 
 
 def main() -> None:
-    """What ``dmp suite --dask`` runs: asked by a line of JSON on standard input, it answers in lines, and stops when that ends."""
+    """The process of ``dmp suite --dask``: reads a request in JSON from standard input, replies in lines, and stops at its end."""
     asked = json.loads(sys.stdin.readline())
     stop = threading.Event()
     threading.Thread(target=_wait_for_end, args=(stop,), daemon=True).start()
@@ -145,15 +145,15 @@ def main() -> None:
         with distributed.Client(asked["address"], set_as_default=False) as client:
             cluster = DaskCluster.of(client, RETRIES, None)
             where = Where(asked["work"], None, None, None)
-            told = (lambda line: _answer("say", line), lambda done: _answer("done", done))
-            score_all(asked["list"], cluster, where, asked["means"], told, stop)
+            listeners = (lambda line: _answer("say", line), lambda done: _answer("done", done))
+            score_all(asked["list"], cluster, where, asked["means"], listeners, stop)
     except (Error, ImportError, OSError, ValueError) as error:
         is_usage = isinstance(error, (UsageError, ImportError, ValueError))
         _answer("failed", {"line": str(error) or type(error).__name__, "is_usage": is_usage})
 
 
 def _wait_for_end(stop: threading.Event) -> None:
-    # Not by `sys.stdin`: what waits there when the process ends holds its lock.
+    # Not with `sys.stdin`: a thread waiting there at exit would hold its lock.
     while os.read(0, 1024):
         pass
     stop.set()

@@ -13,22 +13,22 @@ from .._listener import Event
 from ..errors import Error, UsageError
 from .job import PLAN_FILES, Asked, Done, Given, Job, Part, Planned, Reduced, Site, receipts_before
 from .places import Place, bring, fetch, fetch_all, files_of, is_there, place_of, size_of
-from .stage import means, own_folder, staged, told_by_place
+from .stage import means, own_folder, staged, errors_by_place
 
 #: An option whose value is a URL.
 _URL = re.compile(r"(--[a-z-]+=(?:[^=/]+=)?)(\w+://.*)", re.DOTALL)
 
 
 def plan(job: Job, asked: Asked, site: Site) -> Planned:
-    """Plans the score, and lays the plan into the folder of the job."""
+    """Plans the score, and uploads the plan to the folder of the job."""
     names: dict[str, str] = {}
     said: list[str] = []
-    with told_by_place(names), own_folder(job, site) as scratch:
+    with errors_by_place(names), own_folder(job, site) as scratch:
         folder = Path(job.work.path) if job.work.is_local else scratch / "plan"
         names[str(folder)] = str(job.work)
         if not job.work.is_local:
             folder.mkdir()
-            # Another plan that lies there is not written over: the command tells.
+            # Another existing plan is not overwritten: the command reports it.
             if is_there(job.work.join(PLAN_FILES[0]), site.stop):
                 _bring_whole(job.work.join(PLAN_FILES[0]), folder, site.stop)
         log = _log(job, site, scratch, said, names)
@@ -57,7 +57,7 @@ def part(job: Job, what: Part, parts: Mapping[str, int], is_whole: bool, site: S
 
 
 def reduce(job: Job, parts: Mapping[str, int], is_whole: bool, gates: list[str], junit: bool, site: Site) -> Reduced:
-    """Adds up what all parts came to."""
+    """Merges the results of all parts."""
     said: list[str] = []
     with staged(job, site, receipts_before("reduce", parts), None, is_whole) as given:
         file = given.scratch / "junit.xml"
@@ -68,7 +68,7 @@ def reduce(job: Job, parts: Mapping[str, int], is_whole: bool, gates: list[str],
 
 
 def whole(job: Job, words: list[str], log: str, site: Site) -> tuple[str, list[str]]:
-    """A whole command on a log: what it prints and says."""
+    """Runs a whole command on a log; returns its output and messages."""
     said: list[str] = []
     with own_folder(job, site) as scratch:
         printed = execute([*words, f"--work={scratch}", *means(job, site), "--", log], False, site.stop, said)
@@ -76,7 +76,7 @@ def whole(job: Job, words: list[str], log: str, site: Site) -> tuple[str, list[s
 
 
 def _log(job: Job, site: Site, scratch: Path, said: list[str], names: dict[str, str]) -> str:
-    """The log as the command takes it: planning reads all of it, once."""
+    """The log as an argument of the command: planning reads all of it, once."""
     if job.log.is_local:
         return job.log.path
     files = files_of(job.log, site.stop)
@@ -109,7 +109,7 @@ def _run(run: Given, number: int, asked: Asked, scratch: Path, site: Site, names
 
 
 def _option(option: str, number: int, asked: Asked, scratch: Path, site: Site, names: dict[str, str]) -> str:
-    """An option; the file that it names by a URL is brought."""
+    """An option; the file that it names by a URL is fetched."""
     named = _URL.fullmatch(option)
     if named is None:
         return option
@@ -126,7 +126,7 @@ def _bring_whole(place: Place, folder: Path, stop: Event) -> Path:
 
 
 def _check_gates(folder: Path, gates: list[str], log: str) -> None:
-    """What is wrong with gates is told before anything long begins: the command looks at them first."""
+    """Reports wrong gates before the long part: the command checks them first."""
     if not gates:
         return
     try:

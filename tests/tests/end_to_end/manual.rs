@@ -24,7 +24,7 @@ fn options_of(command: &str) -> Vec<String> {
 fn completions_know_every_command_and_option() {
     let folder = tempfile::tempdir().unwrap();
     let options: Vec<String> =
-        ["score", "map build", "truth ape", "man"].iter().flat_map(|command| options_of(command)).collect();
+        ["score", "map build", "truth smd", "man"].iter().flat_map(|command| options_of(command)).collect();
     for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
         let script = done(folder.path(), &format!("completions {shell}"));
         for option in &options {

@@ -69,7 +69,6 @@ fn sines_come_from_one_library() {
             "dmp-reduce",
             "dmp-sim",
             "dmp-truth",
-            "dmp-study",
             "dmp-loops",
             "dmp",
         ]

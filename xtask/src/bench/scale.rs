@@ -1,29 +1,27 @@
-//! How memory, time and reading grow with the length of a log.
+//! `cargo xtask bench scale`: how memory, time and I/O grow with the length of a log.
 
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Stdio};
 
 use anyhow::Context as _;
 use clap::Args;
-use dmp_draw::plot::{Axis, Plot, Point, Series, Style};
 use serde_json::Value;
 
-use super::city::{City, drift_of, truth_of};
 use super::taken::{Taken, taken_by};
 use super::times::circumstances;
 
-/// Logs of a city of 1, 4 and 16 times the length, scored in the same memory
+/// Score logs of a city of 1, 4 and 16 times the length in the same memory
 #[derive(Debug, Args)]
 pub(crate) struct ScaleArgs {
     /// Length of the shortest drive, kilometres
     #[arg(long, default_value_t = 0.52)]
     km: f64,
-    /// How many times as long the drives are
+    /// Lengths of the drives as multiples of that, comma-separated
     #[arg(long, value_delimiter = ',', default_values_t = [1, 4, 16])]
     times: Vec<u32>,
-    /// Share of the way that is driven a second time
+    /// Share of the path that is driven a second time
     #[arg(long, default_value_t = 0.3)]
     revisit: f64,
     /// Firings of the sensor per turn
@@ -32,18 +30,15 @@ pub(crate) struct ScaleArgs {
     /// Memory for scoring
     #[arg(long, default_value = "512MiB")]
     memory: String,
-    /// Drifting trajectories to be scored beside the true one
+    /// Drifting trajectories that are scored beside the true one
     #[arg(long, default_value_t = 1)]
     wrong: u32,
-    /// Also score with unlimited memory, and compare every number of the two
+    /// Also score with unlimited memory; fail where a number differs
     #[arg(long)]
     compare: bool,
-    /// Where the logs are kept; those that are there already are used again
+    /// Folder of the logs; a log that exists is used again
     #[arg(long, default_value = "target/scale")]
     folder: PathBuf,
-    /// Where to draw memory and time over the length
-    #[arg(long, value_name = "FILE.svg")]
-    plot: Option<PathBuf>,
 }
 
 pub(crate) fn run(arguments: &ScaleArgs) -> anyhow::Result<()> {
@@ -91,26 +86,52 @@ pub(crate) fn run(arguments: &ScaleArgs) -> anyhow::Result<()> {
     if let (Some(first), Some(last)) = (rows.first(), rows.last()) {
         println!("time a point, longest to shortest: {:.3}", last.ns_a_point / first.ns_a_point);
     }
-    if let Some(file) = &arguments.plot {
-        fs::write(file, plot(arguments, &rows))?;
-    }
     Ok(())
 }
 
-/// The log of a drive with its truth and wrong trajectories beside it.
+/// The log of a drive, with its truth and wrong trajectories beside it; made where they are missing.
 fn made(arguments: &ScaleArgs, dmp: &Path, km: f64) -> anyhow::Result<PathBuf> {
-    let city = City { km, revisit: arguments.revisit, azimuth_steps: arguments.azimuth_steps };
-    let log = city.log(&arguments.folder, dmp)?;
-    (1..=arguments.wrong).try_for_each(|number| drift_of(&log, number, dmp).map(drop))?;
+    let ScaleArgs { revisit, azimuth_steps, folder, .. } = arguments;
+    let log = folder.join(format!("city-{km}-{revisit}-{azimuth_steps}.mcap"));
+    if !log.exists() {
+        let mut command = Command::new(dmp);
+        command.args(["simulate", "city", "--quiet", "--km", &km.to_string()]);
+        command.args(["--revisit", &revisit.to_string()]);
+        command.args(["--azimuth-steps", &azimuth_steps.to_string(), "-o"]).arg(&log);
+        finish(&mut command)?;
+    }
+    for number in 1..=arguments.wrong {
+        let wrong = drift_of(&log, number);
+        if !wrong.exists() {
+            let mut command = Command::new(dmp);
+            command.args(["simulate", "errors", "--quiet"]).arg(truth_of(&log));
+            command.args(["--drift-ate", "1", "--seed", &number.to_string(), "-o"]).arg(&wrong);
+            finish(&mut command)?;
+        }
+    }
     Ok(log)
+}
+
+fn finish(command: &mut Command) -> anyhow::Result<()> {
+    let output = command.stdin(Stdio::null()).output()?;
+    anyhow::ensure!(output.status.success(), "{command:?}: {}", String::from_utf8_lossy(&output.stderr));
+    Ok(())
+}
+
+fn truth_of(log: &Path) -> PathBuf {
+    log.with_extension("truth.tum")
+}
+
+/// A trajectory that drifts from the truth by an ATE of 1 m.
+fn drift_of(log: &Path, number: u32) -> PathBuf {
+    log.with_extension(format!("drift-{number}.tum"))
 }
 
 fn score(arguments: &ScaleArgs, dmp: &Path, log: &Path, memory: &str) -> Command {
     let mut command = Command::new(dmp);
     command.arg("score").arg(log).arg("-t").arg(named("truth", &truth_of(log)));
     for number in 1..=arguments.wrong {
-        let wrong = log.with_extension(format!("drift-{number}.tum"));
-        command.arg("-t").arg(named(&format!("drift-{number}"), &wrong));
+        command.arg("-t").arg(named(&format!("drift-{number}"), &drift_of(log, number)));
     }
     command.args(["--json", "--quiet", "--memory", memory, "--work"]).arg(&arguments.folder);
     command
@@ -120,13 +141,13 @@ fn named(name: &str, file: &Path) -> String {
     format!("{name}={}", file.display())
 }
 
-/// Runs a command to its end; what it took, and the report it printed.
+/// Runs a command to its end; its resources and its report.
 fn measured(command: &mut Command) -> anyhow::Result<(Taken, Value)> {
-    let (taken, said) = taken_by(command)?;
-    Ok((taken, serde_json::from_slice(&said)?))
+    let (taken, printed) = taken_by(command)?;
+    Ok((taken, serde_json::from_slice(&printed)?))
 }
 
-/// Everything that may not depend on the memory.
+/// All fields that must not depend on the memory.
 fn numbers(report: &Value) -> BTreeMap<String, Value> {
     let object = report.as_object().cloned().unwrap_or_default();
     object.into_iter().filter(|(key, _)| key != "timing" && key != "memory").collect()
@@ -189,28 +210,4 @@ impl Row {
             self.loads
         );
     }
-}
-
-fn plot(arguments: &ScaleArgs, rows: &[Row]) -> String {
-    let series = |name: &str, value: &dyn Fn(&Row) -> f64| Series {
-        name: name.to_owned(),
-        points: rows
-            .iter()
-            .map(|row| Point { x: row.points / 1e6, y: value(row), name: String::new() })
-            .collect(),
-        style: Style::Joined,
-    };
-    let axis = |title: &str| Axis { title: title.to_owned(), log: true };
-    let plot = Plot {
-        title: "Memory and time by the length of the log".to_owned(),
-        subtitle: format!("dmp score --memory {}, {} runs", arguments.memory, arguments.wrong + 1),
-        x: axis("points of the log, millions"),
-        y: axis("MiB, or ns"),
-        series: vec![
-            series("peak anonymous memory, MiB", &|row| row.anon_bytes as f64 / f64::from(1 << 20)),
-            series("time on cores a point, ns", &|row| row.ns_a_point),
-        ],
-        ..Plot::default()
-    };
-    plot.to_svg()
 }

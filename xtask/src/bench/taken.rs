@@ -1,4 +1,4 @@
-//! What a whole process takes.
+//! Time, memory and I/O of a whole process.
 
 use std::fs;
 use std::io::{Read, Seek};
@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::Context as _;
 
-/// What a whole process took.
+/// The resources that a process took.
 #[derive(Debug, Default)]
 pub(super) struct Taken {
     pub(super) wall_s: f64,
@@ -18,7 +18,7 @@ pub(super) struct Taken {
     pub(super) written_bytes: u64,
 }
 
-/// Runs a command to its end, looking at what it takes every few milliseconds; that, and what it printed.
+/// Runs a command to its end; its resources, sampled every few milliseconds, and its output.
 pub(super) fn taken_by(command: &mut Command) -> anyhow::Result<(Taken, Vec<u8>)> {
     let mut out = tempfile::tempfile()?;
     let start = Instant::now();
@@ -38,12 +38,12 @@ pub(super) fn taken_by(command: &mut Command) -> anyhow::Result<(Taken, Vec<u8>)
         anyhow::bail!("{command:?}: {status}: {text}");
     }
     out.rewind()?;
-    let mut said = Vec::new();
-    out.read_to_end(&mut said)?;
-    Ok((taken, said))
+    let mut printed = Vec::new();
+    out.read_to_end(&mut printed)?;
+    Ok((taken, printed))
 }
 
-/// What the process has taken so far; what cannot be seen, as of one that has ended, stays as it was.
+/// Samples the resources of a process; of one that has ended, the last sample stays.
 fn look(child: &Child, taken: &mut Taken) {
     let read = |file: &str| fs::read_to_string(format!("/proc/{}/{file}", child.id())).unwrap_or_default();
     let field = |text: &str, name: &str| -> Option<u64> {

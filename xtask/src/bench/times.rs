@@ -1,43 +1,6 @@
-//! How long something takes, on which machine.
+//! Statistics of times, and the machine that they were measured on.
 
-use std::process::{Command, Stdio};
-use std::time::Instant;
-
-use anyhow::Context as _;
-use rustix::fs::{Advice, fadvise};
-
-/// Seconds a command takes from its start to its end; it must succeed.
-pub(super) fn seconds(command: &[String]) -> anyhow::Result<f64> {
-    let (program, arguments) = command.split_first().context("no command")?;
-    let start = Instant::now();
-    let output = Command::new(program).args(arguments).stdin(Stdio::null()).output();
-    let taken_s = start.elapsed().as_secs_f64();
-    let output = output.with_context(|| format!("{program}: cannot start"))?;
-    anyhow::ensure!(
-        output.status.success(),
-        "{}: {}: {}",
-        command.join(" "),
-        output.status,
-        String::from_utf8_lossy(&output.stderr)
-    );
-    Ok(taken_s)
-}
-
-/// How long this thread has run on a core, seconds: what else runs on the machine does not count.
-pub(super) fn on_core_s() -> anyhow::Result<f64> {
-    let text = std::fs::read_to_string("/proc/thread-self/schedstat")?;
-    let ns = text.split(' ').next().context("an empty schedstat")?;
-    Ok(ns.parse::<u64>()? as f64 / 1e9)
-}
-
-/// Takes a file out of the page cache; nothing of it may be mapped.
-pub(super) fn drop_pages(path: &std::path::Path) -> anyhow::Result<()> {
-    let file = std::fs::File::open(path)?;
-    // Only pages that are on disk can be dropped.
-    file.sync_all()?;
-    fadvise(&file, 0, None, Advice::DontNeed)?;
-    Ok(())
-}
+use std::process::Command;
 
 /// Median, least and largest of some times. There must be one.
 pub(super) fn spread(mut times_s: Vec<f64>) -> [f64; 3] {
@@ -48,7 +11,7 @@ pub(super) fn spread(mut times_s: Vec<f64>) -> [f64; 3] {
     [median, times_s[0], times_s[last]]
 }
 
-/// The machine and the day, as they stand over every table of times.
+/// The machine and the day, printed above every table of times.
 pub(crate) fn circumstances() -> String {
     let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let model = text.lines().find_map(|line| line.strip_prefix("model name")?.split(": ").nth(1));

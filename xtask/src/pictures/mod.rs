@@ -17,10 +17,10 @@ const TWICE: &str = "<!doctype html><style>body{margin:0;display:flex;gap:12px;b
     iframe{border:0;border-radius:6px;width:780px;height:900px;background:#fff}</style>\
     <iframe src=\"page.html\" scrolling=\"no\"></iframe><iframe src=\"page.html#maps\" scrolling=\"no\"></iframe>";
 
-/// Make the pictures of the README in `docs/figures/` anew
+/// Draw the pictures of the README in `docs/figures/`
 #[derive(Debug, Args)]
 pub(crate) struct PicturesArgs {
-    /// Only compare: fail where the picture of the terminal is not what the command prints today. (That of the page
+    /// Only compare: fail where the picture of the terminal differs from the command's output. (The picture of the page
     /// depends on fonts)
     #[arg(long)]
     check: bool,
@@ -34,7 +34,7 @@ pub(crate) fn run(arguments: &PicturesArgs) -> anyhow::Result<()> {
     let figures = root.join("docs/figures");
     let binary = crate::trials::command(arguments.binary.as_deref())?;
     let samples = root.join("data-samples");
-    let printed = output(&binary, &samples, &format!("{SCORE} --quiet --color always"))?;
+    let printed = output(&binary, &samples, &format!("{SCORE} --quiet"))?;
     let picture = terminal::picture(&format!("dmp {SCORE}"), &String::from_utf8(printed)?);
     let kept = figures.join("terminal.svg");
     if arguments.check {
@@ -55,9 +55,13 @@ pub(crate) fn run(arguments: &PicturesArgs) -> anyhow::Result<()> {
 
 /// What the command prints.
 fn output(binary: &Path, folder: &Path, words: &str) -> anyhow::Result<Vec<u8>> {
-    let output = Command::new(binary).args(words.split(' ')).current_dir(folder).output()?;
-    let told = String::from_utf8_lossy(&output.stderr);
-    ensure!(output.status.success(), "dmp {words}: {}", told.trim());
+    let output = Command::new(binary)
+        .args(words.split(' '))
+        .env("CLICOLOR_FORCE", "1")
+        .current_dir(folder)
+        .output()?;
+    let errors = String::from_utf8_lossy(&output.stderr);
+    ensure!(output.status.success(), "dmp {words}: {}", errors.trim());
     Ok(output.stdout)
 }
 

@@ -1,4 +1,4 @@
-//! The book: a copy of `docs/` in which no link leaves it, and mdbook over that.
+//! The book: a copy of `docs/` in which no link leaves it, with the generated pages, built by mdbook.
 
 use std::fs;
 use std::path::Path;
@@ -6,6 +6,7 @@ use std::process::Command;
 
 use anyhow::{Context as _, bail};
 
+use super::generated::{self, GENERATED};
 use super::{check, markdown};
 
 /// Writes the site into `target/site`.
@@ -23,6 +24,10 @@ pub(super) fn build(root: &Path) -> anyhow::Result<()> {
         }
     }
     copy(root, Path::new("docs"), &source)?;
+    for (name, text) in GENERATED.iter().zip(generated::pages(root)?) {
+        let path = source.join(name.trim_start_matches("docs/"));
+        fs::write(&path, text).with_context(|| format!("{}: cannot write", path.display()))?;
+    }
     let done = Command::new("mdbook").arg("build").arg(&source).arg("--dest-dir").arg(&site).status();
     match done {
         Ok(status) if status.success() => {

@@ -1,4 +1,4 @@
-//! `cargo xtask study conventions`: are errors of clock and mounting found, and are right runs left alone?
+//! `cargo xtask study conventions`: whether errors of clock and extrinsic are detected, and correct runs are not changed.
 
 use std::path::PathBuf;
 
@@ -9,23 +9,23 @@ use dmp_sensor::{Isometry3, Trajectory, Vector3};
 
 use super::drives::{drives, find};
 use super::estimates::simulated;
-use super::logs::log_and_truth;
+use super::logs::DriveLog;
 use super::restamped;
-use super::rooms::{room_log, room_runs};
+use super::rooms::room;
 
-/// Runs with known errors of clock and mounting, and right ones, in simulated streets and rooms and in a real log
+/// Detect known errors of clock and extrinsic, and none in correct runs
 #[derive(Debug, clap::Args)]
 pub(super) struct ConventionsArgs {
-    /// Drives on which errors are looked for, and whose estimates must be left alone
+    /// Drives on which errors are made, comma-separated
     #[arg(long, value_delimiter = ',', default_values_t = ["laps-16".to_owned(), "oneway-32".to_owned()])]
     drives: Vec<String>,
-    /// A folder with real recordings, for their truth as it was published
+    /// Folder of real recordings: makes errors on that of NCLT, too
     #[arg(long, value_name = "FOLDER")]
     data: Option<PathBuf>,
-    /// Only this part of it
+    /// Only this part
     #[arg(long)]
     only: Option<Part>,
-    /// Where the recordings are kept
+    /// Folder for the recordings
     #[arg(long, default_value = "target/study", value_name = "FOLDER")]
     out: PathBuf,
 }
@@ -33,13 +33,13 @@ pub(super) struct ConventionsArgs {
 /// A part of the study.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 enum Part {
-    /// Errors of clock and mounting.
+    /// One error at a time
     Errors,
-    /// Some of them together.
+    /// Several errors together
     Together,
-    /// Runs without.
+    /// Correct runs
     Right,
-    /// Those of an odometry.
+    /// Runs of an odometry
     Odometry,
 }
 
@@ -47,7 +47,7 @@ enum Part {
 const TIMES_MS: [f64; 5] = [5.0, 10.0, 20.0, 50.0, 100.0];
 const ANGLES_DEG: [f64; 4] = [0.1, 0.2, 0.5, 1.0];
 const LENGTHS_CM: [f64; 3] = [2.0, 5.0, 20.0];
-/// And such as are made together.
+/// Errors that are made together.
 const TOGETHER: [Made; 3] = [
     Made { axis: Axis::Yaw, value: 1.0_f64.to_radians() },
     Made { axis: Axis::Pitch, value: 0.5_f64.to_radians() },
@@ -74,15 +74,15 @@ pub(super) fn run(arguments: &ConventionsArgs) -> anyhow::Result<()> {
 
 fn errors(arguments: &ConventionsArgs) -> anyhow::Result<()> {
     println!(
-        "| world | number | seen | half an interval | errors | found | in the interval |\n|---|---|---|---|---|---|---|"
+        "| world | number | observable | half an interval | errors | detected | in the interval |\n|---|---|---|---|---|---|---|"
     );
     for name in &arguments.drives {
         let spec = find(name)?;
-        let (log, truth) = log_and_truth(&spec, &arguments.out)?;
+        let DriveLog { log, truth, .. } = DriveLog::open(&spec, &arguments.out)?;
         World { name, log: log.as_ref(), truth: &truth }.errors()?;
     }
-    let (log, truth) = room_log(1, &arguments.out.join("rooms"))?;
-    World { name: "room 1", log: log.as_ref(), truth: &truth }.errors()?;
+    let (log, runs) = room(1, &arguments.out.join("rooms"))?;
+    World { name: "room 1", log: log.as_ref(), truth: &runs[0].trajectory }.errors()?;
     if let Some(nclt) = arguments.data.as_ref().map(|data| data.join("nclt_revisit")) {
         let log = open_log(&nclt, &LogOptions::default())?;
         let truth = read_trajectory(&nclt.join("poses_lidar_odometry.txt"))?.trajectory;
@@ -94,13 +94,13 @@ fn errors(arguments: &ConventionsArgs) -> anyhow::Result<()> {
 fn together(arguments: &ConventionsArgs) -> anyhow::Result<()> {
     let made = TOGETHER.map(|made| format!("{} {}", made.axis.name(), in_units(made.axis, made.value)));
     println!(
-        "\nwhat is left of {}, made together; of the truth\n\n\
+        "\nthe remainder of {}, made together; of the truth\n\n\
         | world | run | time | roll | pitch | yaw | x | y | z |\n|---|---|---|---|---|---|---|---|---|",
         made.join(", ")
     );
     for name in &arguments.drives {
         let spec = find(name)?;
-        let (log, truth) = log_and_truth(&spec, &arguments.out)?;
+        let DriveLog { log, truth, .. } = DriveLog::open(&spec, &arguments.out)?;
         World { name, log: log.as_ref(), truth: &truth }.together()?;
     }
     Ok(())
@@ -108,15 +108,15 @@ fn together(arguments: &ConventionsArgs) -> anyhow::Result<()> {
 
 fn right(arguments: &ConventionsArgs) -> anyhow::Result<()> {
     println!(
-        "\nright runs\n\n| world | runs | left out | told | off, and too little to be told |\n|---|---|---|---|---|"
+        "\ncorrect runs\n\n| world | runs | excluded | reported | off, and too little to be reported |\n|---|---|---|---|---|"
     );
     for seed in 1..=3 {
-        let (log, runs) = room_runs(seed, &arguments.out.join("rooms"))?;
+        let (log, runs) = room(seed, &arguments.out.join("rooms"))?;
         World { name: &format!("room {seed}"), log: log.as_ref(), truth: &runs[0].trajectory }
             .right(&runs)?;
     }
     for spec in drives() {
-        let (log, truth) = log_and_truth(&spec, &arguments.out)?;
+        let DriveLog { log, truth, .. } = DriveLog::open(&spec, &arguments.out)?;
         let runs: Vec<Run> = simulated(&spec, &truth)?
             .into_iter()
             .map(|estimate| Run::new(estimate.name, estimate.trajectory))
@@ -154,17 +154,17 @@ impl World<'_> {
         for axis in Axis::ALL.into_iter().filter(|&axis| axis != Axis::Sweep) {
             let of_axis: Vec<_> =
                 made.iter().zip(&vetted.found).filter(|(made, _)| made.axis == axis).collect();
-            let (mut found, mut inside, mut told) = (0, 0, 0);
+            let (mut found, mut inside, mut estimated) = (0, 0, 0);
             for (made, of_run) in &of_axis {
                 let Some(calibration) = &of_run.calibration else { continue };
                 let one = calibration.of(axis);
-                told += 1;
+                estimated += 1;
                 found += usize::from(one.is_off);
                 inside += usize::from((one.value - zero.of(axis).value + made.value).abs() <= one.half);
             }
             let (half, seen) = (zero.of(axis).half, if zero.of(axis).is_seen { "yes" } else { "no" });
             println!(
-                "| {} | {} | {seen} | {} | {} | {found} | {inside} of {told} |",
+                "| {} | {} | {seen} | {} | {} | {found} | {inside} of {estimated} |",
                 self.name,
                 axis.name(),
                 in_units(axis, half),
@@ -174,7 +174,7 @@ impl World<'_> {
         Ok(())
     }
 
-    /// What is left of errors that are made together, and what is found of the truth; of what the scans show.
+    /// The remainder of errors that are made together, and the estimates of the truth.
     fn together(&self) -> anyhow::Result<()> {
         let made: [(&str, &[Made]); 2] = [("wrong", &TOGETHER), ("truth", &[])];
         let runs = [0, 1].map(|k| self.with(k, made[k].1));
@@ -187,7 +187,7 @@ impl World<'_> {
             };
             let axes = Axis::ALL.into_iter().filter(|&axis| axis != Axis::Sweep);
             let cells: Vec<String> =
-                axes.map(|axis| cell(axis).unwrap_or_else(|| "not seen".to_owned())).collect();
+                axes.map(|axis| cell(axis).unwrap_or_else(|| "not observable".to_owned())).collect();
             println!("| {} | {name} | {} |", self.name, cells.join(" | "));
         }
         Ok(())
@@ -205,11 +205,11 @@ impl World<'_> {
         run
     }
 
-    /// Runs with nothing wrong but the poses.
+    /// Runs with errors of their poses alone.
     fn right(&self, runs: &[Run]) -> anyhow::Result<()> {
         let vetted = vet(self.log, runs, &Config::default(), false, &())?;
-        let left_out = vetted.found.iter().filter(|found| found.left_out.is_some()).count();
-        let (mut told, mut little) = (Vec::new(), Vec::new());
+        let excluded = vetted.found.iter().filter(|found| found.left_out.is_some()).count();
+        let (mut reported, mut little) = (Vec::new(), Vec::new());
         for found in &vetted.found {
             let Some(calibration) = &found.calibration else { continue };
             for one in calibration.off() {
@@ -220,17 +220,17 @@ impl World<'_> {
                     in_units(one.axis, one.value),
                     in_units(one.axis, one.half)
                 );
-                if one.pays { told.push(off) } else { little.push(off) }
+                if one.pays { reported.push(off) } else { little.push(off) }
             }
         }
-        let [told, little] =
-            [told, little].map(|off| if off.is_empty() { "nothing".to_owned() } else { off.join("; ") });
-        println!("| {} | {} | {left_out} | {told} | {little} |", self.name, runs.len());
+        let [reported, little] =
+            [reported, little].map(|off| if off.is_empty() { "nothing".to_owned() } else { off.join("; ") });
+        println!("| {} | {} | {excluded} | {reported} | {little} |", self.name, runs.len());
         Ok(())
     }
 }
 
-/// What is made of one number.
+/// The sum of the errors of one number.
 fn sum_of(made: &[Made], axis: Axis) -> f64 {
     made.iter().filter(|made| made.axis == axis).map(|made| made.value).sum()
 }

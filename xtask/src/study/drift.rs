@@ -1,26 +1,25 @@
-//! `cargo xtask study drift`: whether what is measured where a drive comes back is what is true there.
+//! `cargo xtask study drift`: drift measured at revisits, beside the truth.
 
 use anyhow::Context as _;
 use dmp::{Config, DriftPairs, DriftReach, DriftReport, Run, VisitReport, measure_drift};
-use dmp_log::{LogOptions, ScanLog, open_log};
+use dmp_log::ScanLog;
 use dmp_sensor::{Isometry3, Matrix3, Trajectory, Vector3};
-use dmp_sim::Recording;
 use dmp_truth::rank::spearman_rho;
 
 use super::chosen::Chosen;
 use super::drives::DriveSpec;
 use super::estimates::{Estimate, EstimateKind, ate_m, estimates};
-use super::logs::write_log;
+use super::logs::DriveLog;
 
-/// Drift of all estimates of the drives that come back, measured and true
+/// Measure the drift of all estimates at revisits and compare with the truth
 #[derive(Debug, clap::Args)]
 pub(super) struct DriftArgs {
     #[command(flatten)]
     chosen: Chosen,
-    /// Measure all estimates together, so that they share their starts, and not each by itself
+    /// Measure all estimates of a drive together, so that they share their starts
     #[arg(long)]
     together: bool,
-    /// Look for visits and starts further off, as `dmp drift --far` does
+    /// Search visits and starts further off, as `dmp drift --far` does
     #[arg(long)]
     far: bool,
     /// Also print every pair
@@ -33,7 +32,7 @@ const WRONG_M: f64 = 0.1;
 const WRONG_SHARE: f64 = 0.1;
 /// What is known no better than this of a direction is not known, metres.
 const KNOWN_M: f64 = 0.1;
-/// Runs that are truly off by less than this tell nothing of a bias, metres.
+/// Runs that are truly off by less than this are not used for the bias, metres.
 const LEAST_M: f64 = 0.02;
 
 pub(super) fn run(arguments: &DriftArgs) -> anyhow::Result<()> {
@@ -101,17 +100,9 @@ impl std::fmt::Display for Row {
 }
 
 fn drive(spec: &DriveSpec, arguments: &DriftArgs) -> anyhow::Result<Vec<Row>> {
-    let town = spec.town()?;
-    let recording = Recording::new(&town, &spec.options)?;
-    let path = arguments.chosen.out.join(format!("{}.mcap", spec.name));
-    write_log(&recording, &path)?;
-    let log = open_log(&path, &LogOptions::default())?;
-    // Odometries stamp their poses within the sweep.
-    let fine = recording.drive().trajectory(100.0)?;
-    let estimates: Vec<Estimate> = estimates(spec, &spec.truth(&recording)?)?
-        .into_iter()
-        .filter(|one| arguments.chosen.wants(one))
-        .collect();
+    let DriveLog { log, truth, fine } = DriveLog::open(spec, &arguments.chosen.out)?;
+    let estimates: Vec<Estimate> =
+        estimates(spec, &truth)?.into_iter().filter(|one| arguments.chosen.wants(one)).collect();
     let runs: Vec<Run> = estimates.iter().map(|e| Run::new(&e.name, e.trajectory.clone())).collect();
     let drift_reach = if arguments.far { DriftReach::Far } else { DriftReach::Near };
     let config = Config { drift: DriftPairs::All, drift_reach, ..Config::default() };

@@ -14,39 +14,39 @@ const TRAFFIC: usize = 24;
 
 /// What a drive may be used for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub(crate) enum Half {
+pub(super) enum Half {
     /// Thresholds and settings were looked at on these.
     Chosen,
-    /// Nothing was chosen by these: they tell whether a choice holds.
+    /// Nothing was chosen by these: they show whether a choice holds.
     HeldOut,
 }
 
 /// A drive of the suite.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct DriveSpec {
+pub(super) struct DriveSpec {
     /// Its name: the place, then the beams.
-    pub(crate) name: &'static str,
+    pub(super) name: &'static str,
     /// What it may be used for.
-    pub(crate) half: Half,
+    pub(super) half: Half,
     /// What is special about it.
-    pub(crate) about: &'static str,
+    pub(super) about: &'static str,
     /// All that the simulation needs.
-    pub(crate) options: RecordingOptions,
+    pub(super) options: RecordingOptions,
     /// What stands along its streets.
-    pub(crate) scenery: Scenery,
+    pub(super) scenery: Scenery,
     /// Poses of the truth for each scan: one where the motion within a scan is nearly even, more for a gait.
-    pub(crate) poses_per_scan: usize,
+    pub(super) poses_per_scan: usize,
 }
 
 impl DriveSpec {
     /// The town that it leads through.
-    pub(crate) fn town(&self) -> Result<Town, SimError> {
+    pub(super) fn town(&self) -> Result<Town, SimError> {
         self.options.town_of(self.scenery)
     }
 
     /// The true trajectory: a pose at the start of every sweep, or several a sweep, and one at the end of the
     /// last. Interpolated, it is true to a few millimetres.
-    pub(crate) fn truth(&self, recording: &Recording<'_>) -> anyhow::Result<Trajectory> {
+    pub(super) fn truth(&self, recording: &Recording<'_>) -> anyhow::Result<Trajectory> {
         let drive = recording.drive();
         let count = recording.len() * self.poses_per_scan;
         let rate_hz = self.options.lidar.rate_hz * self.poses_per_scan as f64;
@@ -56,13 +56,13 @@ impl DriveSpec {
     }
 
     /// Time between the starts of two scans, nanoseconds.
-    pub(crate) fn scan_period_ns(&self) -> i64 {
+    pub(super) fn scan_period_ns(&self) -> i64 {
         (1e9 / self.options.lidar.rate_hz).round() as i64
     }
 }
 
 /// All eight, the chosen ones first.
-pub(crate) fn drives() -> Vec<DriveSpec> {
+pub(super) fn drives() -> Vec<DriveSpec> {
     use Half::{Chosen, HeldOut};
     let noisy = |drive: DriveSpec| {
         let mut drive = drive;
@@ -107,8 +107,8 @@ fn car(
     DriveSpec { name, half, about, options, scenery: Scenery::default(), poses_per_scan: 1 }
 }
 
-/// Drives out along a street and back, whose places look alike: nothing wrong may be made of them. They are no part of the suite.
-pub(super) fn look_alikes() -> [DriveSpec; 2] {
+/// Drives out along a street and back, whose places look alike. They are no part of the suite.
+fn look_alikes() -> [DriveSpec; 2] {
     let street = |name, about, seed, scenery| {
         let drive = car(name, Half::HeldOut, about, seed, Route::Straight, [800, 32, 192]);
         DriveSpec { scenery, ..drive }
@@ -127,11 +127,12 @@ fn walk(name: &'static str, half: Half, about: &'static str, seed: u64, size: [u
     DriveSpec { poses_per_scan: 4, ..drive }
 }
 
-/// The drive of a name.
+/// The drive of a name, of the suite or not.
 pub(super) fn find(name: &str) -> anyhow::Result<DriveSpec> {
-    let names: Vec<_> = drives().iter().map(|drive| drive.name).collect();
-    let drive = drives().into_iter().find(|drive| drive.name == name);
-    drive.with_context(|| format!("{name}: no such drive; they are {}", names.join(", ")))
+    let all: Vec<DriveSpec> = drives().into_iter().chain(look_alikes()).collect();
+    let names: Vec<_> = all.iter().map(|drive| drive.name).collect();
+    let unknown = format!("{name}: no such drive; the drives are {}", names.join(", "));
+    all.into_iter().find(|drive| drive.name == name).context(unknown)
 }
 
 #[cfg(test)]

@@ -1,6 +1,4 @@
-//! What is to be told apart on each drive: the truth, and about twenty wrong trajectories of known kind.
-
-use std::path::PathBuf;
+//! The estimates of each drive: the truth, and twenty wrong trajectories of known kind.
 
 use anyhow::Context as _;
 use dmp_log::read_trajectory;
@@ -10,11 +8,11 @@ use dmp_sim::{Noise, Scenery, SimError, SlamErrors, ate_rmse_m, close_loop};
 use super::drives::DriveSpec;
 
 /// The two configurations of the odometry whose runs lie in `xtask/odometry`.
-pub(crate) const ODOMETRY: [&str; 2] = ["default", "coarse"];
+pub(super) const ODOMETRY: [&str; 2] = ["default", "coarse"];
 
 /// What is wrong with an estimate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub(crate) enum EstimateKind {
+pub(super) enum EstimateKind {
     /// Nothing.
     Truth,
     /// White noise of every scan's pose.
@@ -25,7 +23,7 @@ pub(crate) enum EstimateKind {
     LoopClosed,
     /// Two distinct places mapped onto each other.
     FalseLoop,
-    /// A stretch of the way lost.
+    /// A stretch of the path lost.
     Collapsed,
     /// All distances too long.
     Scale,
@@ -39,17 +37,17 @@ pub(crate) enum EstimateKind {
 
 /// A trajectory to be scored.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Estimate {
+pub(super) struct Estimate {
     /// Its kind and size.
-    pub(crate) name: String,
+    pub(super) name: String,
     /// What is wrong with it.
-    pub(crate) kind: EstimateKind,
+    pub(super) kind: EstimateKind,
     /// The poses.
-    pub(crate) trajectory: Trajectory,
+    pub(super) trajectory: Trajectory,
 }
 
 /// All estimates of a drive, the truth first. The same drive gives the same estimates, to the bit.
-pub(crate) fn estimates(spec: &DriveSpec, truth: &Trajectory) -> anyhow::Result<Vec<Estimate>> {
+pub(super) fn estimates(spec: &DriveSpec, truth: &Trajectory) -> anyhow::Result<Vec<Estimate>> {
     let mut estimates = simulated(spec, truth)?;
     // None is kept of drives whose places look alike.
     let kept = if spec.scenery == Scenery::default() { &ODOMETRY[..] } else { &[] };
@@ -64,7 +62,7 @@ pub(crate) fn estimates(spec: &DriveSpec, truth: &Trajectory) -> anyhow::Result<
 }
 
 /// Those that are made from the truth.
-pub(crate) fn simulated(spec: &DriveSpec, truth: &Trajectory) -> anyhow::Result<Vec<Estimate>> {
+pub(super) fn simulated(spec: &DriveSpec, truth: &Trajectory) -> anyhow::Result<Vec<Estimate>> {
     let mut made = Making { spec, truth, estimates: Vec::new() };
     made.keep("truth".into(), EstimateKind::Truth, truth.clone());
     for (sigma_m, sigma_deg) in [(0.01, 0.05), (0.03, 0.1), (0.1, 0.3), (0.3, 1.0)] {
@@ -143,18 +141,12 @@ impl Making<'_> {
     }
 }
 
-/// Where the run of an odometry on a drive is kept.
-pub(crate) fn odometry_path(spec: &DriveSpec, config: &str) -> PathBuf {
-    crate::workspace::root().join("xtask").join("odometry").join(format!("{}-{config}.tum", spec.name))
-}
-
 /// The kept run of an odometry, moved so that its first pose is the true one: an odometry starts anywhere.
 pub(super) fn odometry(spec: &DriveSpec, config: &str, truth: &Trajectory) -> anyhow::Result<Trajectory> {
-    let path = odometry_path(spec, config);
+    let file = format!("xtask/odometry/{}-{config}.tum", spec.name);
+    let path = crate::workspace::root().join(file);
     let run = read_trajectory(&path)
-        .with_context(
-            || "a kept run of the odometry is missing; xtask/odometry/README.md tells how to make it",
-        )?
+        .context("a run of the odometry is missing; xtask/odometry/README.md says how to make it")?
         .trajectory;
     let (Some(stamps_ns), Some(first)) = (run.stamps_ns(), run.poses().first()) else {
         anyhow::bail!("{}: the run has no stamps", path.display());
@@ -168,7 +160,7 @@ pub(super) fn odometry(spec: &DriveSpec, config: &str, truth: &Trajectory) -> an
 }
 
 /// Absolute trajectory error of an estimate against the truth at the estimate's own stamps, metres.
-pub(crate) fn ate_m(estimate: &Trajectory, truth: &Trajectory) -> anyhow::Result<f64> {
+pub(super) fn ate_m(estimate: &Trajectory, truth: &Trajectory) -> anyhow::Result<f64> {
     let stamps_ns = estimate.stamps_ns().context("an estimate has stamps")?;
     let common = stamps_ns.iter().zip(estimate.poses()).filter_map(|(&stamp_ns, pose)| {
         Some(((stamp_ns, *pose), (stamp_ns, truth.world_from_body_at(stamp_ns, i64::MAX)?)))

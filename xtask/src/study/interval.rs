@@ -1,42 +1,46 @@
-//! The documented errors once more, in plain floating point: the study does not take them from the
-//! reducer it judges.
+//! The documented errors once more, in plain floating point: independent of the reducer that the study checks.
 
 use dmp_reduce::Confidence;
 
-use super::observe::Both;
-use super::result::{Batch, Difference, Said};
+use super::result::{Both, Difference, Said};
 
-/// So many parts of the frames are kept.
+/// Parts of the frames that are saved.
 pub(super) const BATCHES: usize = 20;
-/// So many stretches of the frames are units of independence.
+/// At most so many stretches of the frames are units of independence.
 const STRETCHES: usize = 40;
 
-/// The difference of two means over returns that are not the same, and its error: their units pair off, the k-th stretch
-/// of one with that of the other, and each group of surface with itself.
+/// The difference of two means over different returns, and its error. Units pair off: the k-th stretch of one with the
+/// k-th of the other, and each group of surface with itself.
 pub(super) fn difference_of_two(frames: [&[Both]; 2], groups: [&[Both]; 2]) -> Option<Difference> {
-    let total =
-        |units: &[Both]| units.iter().fold((0.0, 0.0), |(s, n), u| (s + u.difference_m2, n + u.returns));
     let totals = frames.map(total);
-    if totals.iter().any(|(_, returns)| *returns == 0.0) {
+    if totals.iter().any(|total| total.returns == 0.0) {
         return None;
     }
     // Each unit as its part of the mean, so that both weigh the same: the error of a − b is that of one of these.
-    let part = |units: &[Batch], (sum, returns): (f64, f64)| -> Vec<f64> {
-        units.iter().map(|unit| (unit.difference_m2 - sum / returns * unit.returns) / returns).collect()
+    let part = |units: &[Both], total: &Both| -> Vec<f64> {
+        let mean_m2 = total.difference_m2 / total.returns;
+        units.iter().map(|unit| (unit.difference_m2 - mean_m2 * unit.returns) / total.returns).collect()
     };
-    let pairs = |a: &[Batch], b: &[Batch]| -> Vec<f64> {
-        let (a, b) = (part(a, totals[0]), part(b, totals[1]));
+    let pairs = |a: &[Both], b: &[Both]| -> Vec<f64> {
+        let (a, b) = (part(a, &totals[0]), part(b, &totals[1]));
         a.iter().zip(&b).map(|(a, b)| a - b).filter(|e| *e != 0.0).collect()
     };
     let count = (frames[0].len().min(frames[1].len()) / 2).clamp(2, STRETCHES);
-    let batches = |units: &[Both]| units.iter().map(Batch::from).collect::<Vec<_>>();
     let stretches = scatter(&pairs(&parts(frames[0], count), &parts(frames[1], count)));
-    let surfaces = scatter(&pairs(&batches(groups[0]), &batches(groups[1])));
-    let value_m2 = totals[0].0 / totals[0].1 - totals[1].0 / totals[1].1;
-    Some(with_error(value_m2, stretches, surfaces))
+    let surfaces = scatter(&pairs(groups[0], groups[1]));
+    let [a_m2, b_m2] = totals.map(|total| total.difference_m2 / total.returns);
+    Some(with_error(a_m2 - b_m2, stretches, surfaces))
 }
 
-/// What errors of units scatter: their variance, and what it is worth in degrees of freedom.
+/// The sum of units.
+pub(super) fn total(units: &[Both]) -> Both {
+    units.iter().fold(Both::default(), |mut total, unit| {
+        total.merge(unit);
+        total
+    })
+}
+
+/// The variance of errors of units, and its degrees of freedom.
 fn scatter(errors: &[f64]) -> (f64, f64) {
     let count = errors.len() as f64;
     let [squares, fourths]: [f64; 2] = [2, 4].map(|power| errors.iter().map(|e| e.powi(power)).sum());
@@ -56,18 +60,18 @@ fn with_error(value_m2: f64, in_time: (f64, f64), on_surfaces: (f64, f64)) -> Di
 
 /// Mean over returns and its error, from the totals of consecutive frames and of groups of surface (docs/metric.md).
 pub(super) fn difference(frames: &[Both], groups: &[Both]) -> Option<Difference> {
-    let (sum, returns) = frames.iter().fold((0.0, 0.0), |(s, n), f| (s + f.difference_m2, n + f.returns));
+    let Both { difference_m2, returns, .. } = total(frames);
     if returns == 0.0 {
         return None;
     }
-    let value_m2 = sum / returns;
-    let errors = |units: Vec<Batch>| -> Vec<f64> {
+    let value_m2 = difference_m2 / returns;
+    let errors = |units: &[Both]| -> Vec<f64> {
         let used = units.iter().filter(|unit| unit.returns > 0.0);
         used.map(|unit| (unit.difference_m2 - value_m2 * unit.returns) / returns).collect()
     };
-    let single = errors(frames.iter().map(Batch::from).collect());
-    let stretches = errors(parts(frames, (frames.len() / 2).clamp(2, STRETCHES)));
-    let surfaces = errors(groups.iter().map(Batch::from).collect());
+    let single = errors(frames);
+    let stretches = errors(&parts(frames, (frames.len() / 2).clamp(2, STRETCHES)));
+    let surfaces = errors(groups);
     let is_known = single.len() >= 4 && stretches.len() >= 2 && surfaces.len() >= 4;
     let of_frames = (scatter(&single).0, single.len() as f64 - 1.0);
     let of_stretches = scatter(&stretches);
@@ -79,7 +83,10 @@ pub(super) fn difference(frames: &[Both], groups: &[Both]) -> Option<Difference>
 impl Difference {
     /// Which of two is better, as sure as `confidence`.
     pub(super) fn said(self, confidence: Confidence) -> Said {
-        let half_m2 = self.half_m2(confidence);
+        let half_m2 = match self.error_m2 {
+            Some(error_m2) if error_m2 > 0.0 => confidence.student_t(self.degrees) * error_m2,
+            _ => 0.0,
+        };
         match self.value_m2 {
             _ if self.error_m2.is_none() => Said::Nothing,
             value_m2 if value_m2 < -half_m2 => Said::A,
@@ -88,15 +95,7 @@ impl Difference {
         }
     }
 
-    /// Half the width of its interval; 0 where nobody knows.
-    pub(super) fn half_m2(self, confidence: Confidence) -> f64 {
-        match self.error_m2 {
-            Some(error_m2) if error_m2 > 0.0 => confidence.student_t(self.degrees) * error_m2,
-            _ => 0.0,
-        }
-    }
-
-    /// How likely so large a difference is by chance.
+    /// The probability of so large a difference by chance.
     pub(super) fn chance(self) -> f64 {
         match self.error_m2 {
             Some(error_m2) if self.value_m2 != 0.0 => {
@@ -107,8 +106,8 @@ impl Difference {
     }
 }
 
-/// How sure each of several questions must be, so that all together are as sure as 99 %, given how likely their answers are
-/// by chance: as many share the error as are left when those that are beyond doubt are set aside (Holm 1979).
+/// The confidence of each of several answers, given their probabilities by chance, so that all together are as sure as
+/// 99 % (Holm 1979).
 pub(super) fn of_each(chances: &[f64]) -> Confidence {
     let mut answered = 0;
     loop {
@@ -122,19 +121,10 @@ pub(super) fn of_each(chances: &[f64]) -> Confidence {
 }
 
 /// The frames in so many consecutive parts.
-pub(super) fn parts(frames: &[Both], count: usize) -> Vec<Batch> {
-    let mut parts = vec![Batch::default(); count];
+pub(super) fn parts(frames: &[Both], count: usize) -> Vec<Both> {
+    let mut parts = vec![Both::default(); count];
     for (k, frame) in frames.iter().enumerate() {
-        let part = &mut parts[k * count / frames.len()];
-        part.difference_m2 += frame.difference_m2;
-        part.level_m2 += frame.level_m2;
-        part.returns += frame.returns;
+        parts[k * count / frames.len()].merge(frame);
     }
     parts
-}
-
-impl From<&Both> for Batch {
-    fn from(both: &Both) -> Self {
-        Self { difference_m2: both.difference_m2, level_m2: both.level_m2, returns: both.returns }
-    }
 }

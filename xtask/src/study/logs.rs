@@ -1,20 +1,18 @@
-//! The log of a drive, written once for all studies of it.
+//! The log of a drive, written once for all studies.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use anyhow::Context as _;
-use dmp::Run;
 use dmp_log::{LogOptions, McapScanWriter, McapWriterOptions, ScanLog, open_log};
 use dmp_sensor::Trajectory;
 use dmp_sim::Recording;
 
 use super::drives::DriveSpec;
-use super::estimates::estimates;
 
-/// Writes the drive's scans, unless they lie there already.
+/// Writes the drive's scans, unless the file exists.
 pub(super) fn write_log(recording: &Recording<'_>, path: &Path) -> anyhow::Result<()> {
     if !path.exists() {
-        // Under another name until it is whole.
+        // Under another name until it is complete.
         let partial = path.with_extension("partial");
         let mut log = McapScanWriter::create(&partial, &McapWriterOptions::default())?;
         for scan in recording.scans() {
@@ -26,21 +24,26 @@ pub(super) fn write_log(recording: &Recording<'_>, path: &Path) -> anyhow::Resul
     Ok(())
 }
 
-/// The log of a drive, written where it is not there yet, and its estimates.
-pub(super) fn log_and_runs(spec: &DriveSpec, work: &Path) -> anyhow::Result<(PathBuf, Vec<Run>)> {
-    let town = spec.town()?;
-    let recording = Recording::new(&town, &spec.options)?;
-    let path = work.join(format!("{}.mcap", spec.name));
-    write_log(&recording, &path)?;
-    let estimates = estimates(spec, &spec.truth(&recording)?)?;
-    Ok((path, estimates.into_iter().map(|e| Run::new(e.name, e.trajectory)).collect()))
+/// The log of a drive with its truth.
+pub(super) struct DriveLog {
+    pub(super) log: Box<dyn ScanLog>,
+    pub(super) truth: Trajectory,
+    /// The truth at 100 Hz: odometries stamp their poses within the sweep.
+    pub(super) fine: Trajectory,
 }
 
-/// The log of a drive, written where it is not there yet, and its truth.
-pub(super) fn log_and_truth(spec: &DriveSpec, work: &Path) -> anyhow::Result<(Box<dyn ScanLog>, Trajectory)> {
-    let town = spec.town()?;
-    let recording = Recording::new(&town, &spec.options)?;
-    let path = work.join(format!("{}.mcap", spec.name));
-    write_log(&recording, &path)?;
-    Ok((open_log(&path, &LogOptions::default())?, spec.truth(&recording)?))
+impl DriveLog {
+    /// Opens the log in the folder `work`; writes it first where it is missing.
+    pub(super) fn open(spec: &DriveSpec, work: &Path) -> anyhow::Result<Self> {
+        std::fs::create_dir_all(work).with_context(|| work.display().to_string())?;
+        let town = spec.town()?;
+        let recording = Recording::new(&town, &spec.options)?;
+        let path = work.join(format!("{}.mcap", spec.name));
+        write_log(&recording, &path)?;
+        Ok(Self {
+            log: open_log(&path, &LogOptions::default())?,
+            truth: spec.truth(&recording)?,
+            fine: recording.drive().trajectory(100.0)?,
+        })
+    }
 }

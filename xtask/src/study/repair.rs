@@ -1,47 +1,34 @@
-//! `cargo xtask study repair`: what repaired runs are worth, on drives whose truth is known.
+//! `cargo xtask study repair`: trajectory errors of runs before and after repair.
 
 use std::time::Instant;
 
 use anyhow::Context as _;
 use dmp::{Config, DriftPairs, Run, measure_drift};
-use dmp_log::{LogOptions, ScanLog, open_log};
-use dmp_loops::{Outcome, Repair, RepairOptions, StepError, mend_by, repair};
+use dmp_log::ScanLog;
+use dmp_loops::{Outcome, Repair, RepairOptions, mend_by, repair};
 use dmp_sensor::{PoseEdge, PoseGraph, Trajectory};
-use dmp_sim::Recording;
 
 use super::chosen::Chosen;
 use super::drives::DriveSpec;
 use super::estimates::{Estimate, EstimateKind, ate_m, estimates};
-use super::logs::write_log;
+use super::logs::DriveLog;
 
-/// Repair the estimates of the drives that come back: trajectory error before and after
+/// Repair the estimates of the drives: trajectory error before and after
 #[derive(Debug, clap::Args)]
 pub(super) struct RepairArgs {
     #[command(flatten)]
     chosen: Chosen,
-    /// Times that visits are registered, at most
-    #[arg(long, default_value_t = RepairOptions::default().most_rounds)]
-    rounds: usize,
-    /// Rays of each keyframe
-    #[arg(long, default_value_t = RepairOptions::default().map.rays_per_keyframe)]
-    rays: usize,
-    /// What steps usually err by along each axis over a metre, metres
-    #[arg(long, default_value_t = RepairOptions::default().step_error.place_m)]
-    place: f64,
-    /// The same about each axis, radians
-    #[arg(long, default_value_t = RepairOptions::default().step_error.turn_rad)]
-    turn: f64,
     /// Also print every round
     #[arg(long)]
     each: bool,
 }
 
-/// Repaired runs are to be so many times better, in the median of those that drift.
+/// The wanted improvement of drifted runs, as a factor in the median.
 const WANTED: f64 = 5.0;
-/// How good what is true is, metres and radians.
+/// Standard deviations of true constraints, metres and radians.
 const TRUE_M: f64 = 0.002;
 const TRUE_RAD: f64 = 0.0001;
-/// And none worse by more than this, metres.
+/// The largest allowed rise of an error, metres.
 const WORST_M: f64 = 0.01;
 
 pub(super) fn run(arguments: &RepairArgs) -> anyhow::Result<()> {
@@ -49,11 +36,11 @@ pub(super) fn run(arguments: &RepairArgs) -> anyhow::Result<()> {
     for spec in &arguments.chosen.drives()? {
         println!("\n{} ({})\n{}", spec.name, spec.about, Row::HEAD);
         let of_drive = drive(spec, arguments).with_context(|| spec.name.to_owned())?;
-        tell(&of_drive);
+        print(&of_drive);
         rows.extend(of_drive);
     }
     println!("\nAll together");
-    tell(&rows);
+    print(&rows);
     Ok(())
 }
 
@@ -64,7 +51,7 @@ struct Row {
     kind: EstimateKind,
     before_m: f64,
     after_m: f64,
-    /// With what is true where the drive comes back, metres.
+    /// Repaired with true constraints at the revisits, metres.
     bound_m: f64,
     repair: Repair,
     seconds: f64,
@@ -77,7 +64,7 @@ impl Row {
         self.before_m / self.after_m
     }
 
-    /// Whether it drifts as odometries do.
+    /// Whether it drifts like an odometry.
     fn is_drifted(&self) -> bool {
         use EstimateKind::{Bend, Drift, Mixed, Odometry};
         matches!(self.kind, Drift | Bend | Mixed | Odometry)
@@ -118,18 +105,12 @@ impl std::fmt::Display for Row {
 }
 
 fn drive(spec: &DriveSpec, arguments: &RepairArgs) -> anyhow::Result<Vec<Row>> {
-    let town = spec.town()?;
-    let recording = Recording::new(&town, &spec.options)?;
-    let path = arguments.chosen.out.join(format!("{}.mcap", spec.name));
-    write_log(&recording, &path)?;
-    let log = open_log(&path, &LogOptions::default())?;
-    // Odometries stamp their poses within the sweep.
-    let fine = recording.drive().trajectory(100.0)?;
-    let estimates = estimates(spec, &spec.truth(&recording)?)?;
+    let DriveLog { log, truth, fine } = DriveLog::open(spec, &arguments.chosen.out)?;
+    let estimates = estimates(spec, &truth)?;
     let known = true_constraints(log.as_ref(), &fine)?;
     let mut rows = Vec::new();
     for estimate in estimates.into_iter().filter(|one| arguments.chosen.wants(one)) {
-        let row = row(spec, log.as_ref(), estimate, (&fine, &known), arguments)?;
+        let row = row(spec, log.as_ref(), estimate, (&fine, &known))?;
         println!("{row}");
         if arguments.each {
             row.repair.rounds.iter().for_each(|round| println!("    {round:?}"));
@@ -144,14 +125,11 @@ fn row(
     log: &dyn ScanLog,
     estimate: Estimate,
     (truth, known): (&Trajectory, &[PoseEdge]),
-    arguments: &RepairArgs,
 ) -> anyhow::Result<Row> {
     let start = Instant::now();
     let before_m = ate_m(&estimate.trajectory, truth)?;
     let run = Run::new(&estimate.name, estimate.trajectory);
-    let mut options = RepairOptions { most_rounds: arguments.rounds, ..RepairOptions::default() };
-    options.map.rays_per_keyframe = arguments.rays;
-    options.step_error = StepError { place_m: arguments.place, turn_rad: arguments.turn };
+    let options = RepairOptions::default();
     let repair = repair(log, &run, &Config::default(), &options, &())?;
     let after_m = repair.trajectory.as_ref().map_or(Ok(before_m), |repaired| ate_m(repaired, truth))?;
     let seconds = start.elapsed().as_secs_f64();
@@ -169,7 +147,7 @@ fn row(
     })
 }
 
-/// What is true between the visits to the same places, as good as nothing that is measured is.
+/// True constraints between the visits to the same places, better than any measured ones.
 fn true_constraints(log: &dyn ScanLog, truth: &Trajectory) -> anyhow::Result<Vec<PoseEdge>> {
     let run = [Run::new("truth", truth.clone())];
     let report = measure_drift(log, &run, &Config { drift: DriftPairs::All, ..Config::default() }, ())?;
@@ -186,7 +164,7 @@ fn true_constraints(log: &dyn ScanLog, truth: &Trajectory) -> anyhow::Result<Vec
     Ok(report.visits.iter().filter_map(edge).collect())
 }
 
-fn tell(rows: &[Row]) {
+fn print(rows: &[Row]) {
     let mut factors: Vec<f64> = rows.iter().filter(|row| row.is_drifted()).map(Row::factor).collect();
     factors.sort_by(f64::total_cmp);
     if let Some(median) = factors.get(factors.len() / 2) {
@@ -199,7 +177,7 @@ fn tell(rows: &[Row]) {
             rows.iter().filter(|row| row.is_drifted()).map(|row| row.before_m / row.bound_m).collect();
         bounds.sort_by(f64::total_cmp);
         println!(
-            "with what is true where the drive comes back: median {:.1}",
+            "repaired with true constraints at the revisits: median {:.1}",
             bounds.get(bounds.len() / 2).copied().unwrap_or(f64::NAN)
         );
     }

@@ -1,15 +1,14 @@
-//! A real odometry's runs with the stamps that it writes itself: found, put right, and then as good as with true stamps?
+//! Runs of a real odometry with the stamps that it writes itself: their clock error detected and fixed, beside true stamps.
 
 use std::path::Path;
 
 use dmp::{Axis, Basis, Config, Found, Mend, Run, Verdict, evaluate, vet};
 use dmp_log::{LogSummary, ScanLog};
 use dmp_sensor::Trajectory;
-use dmp_sim::Recording;
 
 use super::drives::{DriveSpec, drives};
 use super::estimates::{ODOMETRY, ate_m, odometry};
-use super::logs::log_and_truth;
+use super::logs::DriveLog;
 
 /// The truncation whose scores are shown, metres.
 const SCALE_M: f64 = 0.2;
@@ -19,16 +18,13 @@ const SCALE_M: f64 = 0.2;
 pub(super) fn print(out: &Path) -> anyhow::Result<()> {
     println!(
         "\nruns of the odometry, stamped with the start of their scans\n\n\
-         | drive | run | held later, true | found | mended by | R_cv({SCALE_M}) as stamped, mended, true, cm | ATE, m | \
-         as stamped against true | mended against true |\n|---|---|---|---|---|---|---|---|---|"
+         | drive | run | held later, true | estimated | fixed by | R_cv({SCALE_M}) as stamped, fixed, true, cm | ATE, m | \
+         as stamped against true | fixed against true |\n|---|---|---|---|---|---|---|---|---|"
     );
     for spec in drives() {
-        let (log, _) = log_and_truth(&spec, out)?;
-        // The truth has a pose at every instant.
-        let town = spec.town()?;
-        let truth = Recording::new(&town, &spec.options)?.drive().trajectory(100.0)?;
+        let DriveLog { log, fine, .. } = DriveLog::open(&spec, out)?;
         for config in ODOMETRY {
-            row(&spec, config, log.as_ref(), &truth)?;
+            row(&spec, config, log.as_ref(), &fine)?;
         }
     }
     Ok(())
@@ -41,7 +37,7 @@ fn row(spec: &DriveSpec, config: &str, log: &dyn ScanLog, truth: &Trajectory) ->
     let held_ns = if config == "coarse" { first_ns.midpoint(last_ns) } else { last_ns };
     let Some(stamped) = right.clone().later_by(first_ns - held_ns) else { anyhow::bail!("beyond all times") };
     let config_of_all = Config::default();
-    let vetted = vet(log, &[Run::new("mended", stamped.clone())], &config_of_all, true, &())?;
+    let vetted = vet(log, &[Run::new("fixed", stamped.clone())], &config_of_all, true, &())?;
     let runs =
         [Run::new("stamped", stamped.clone()), vetted.runs[0].clone(), Run::new("true", right.clone())];
     let report = evaluate(log, &runs, &config_of_all, ())?;
@@ -64,7 +60,7 @@ fn row(spec: &DriveSpec, config: &str, log: &dyn ScanLog, truth: &Trajectory) ->
         scores.join(", "),
         ates.join(", "),
         verdict("stamped"),
-        verdict("mended")
+        verdict("fixed")
     );
     Ok(())
 }
@@ -73,7 +69,7 @@ fn time(found: &Found) -> String {
     found.calibration.as_ref().map_or("–".to_owned(), |calibration| {
         let one = calibration.of(Axis::Time);
         let number = format!("{:.1} ± {:.1} ms", -1e3 * one.value, 1e3 * one.half);
-        if one.is_seen { number } else { format!("not seen ({number})") }
+        if one.is_seen { number } else { format!("not observable ({number})") }
     })
 }
 

@@ -1,27 +1,14 @@
-//! What comes of one drive under one setting, as it is kept between runs of the study.
+//! The results of one drive, as they are saved between runs of the study.
 
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::consistency::Inconsistency;
-
-/// One drive, all estimates of it, one setting.
+/// One drive with all its estimates.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct DriveResult {
     pub(super) drive: String,
     pub(super) held_out: bool,
-    pub(super) setting: String,
-    pub(super) voxel_m: f64,
-    pub(super) segment_m: Option<f64>,
-    pub(super) segments: usize,
-    pub(super) travel_m: f64,
-    pub(super) frames: usize,
-    pub(super) returns: u64,
-    /// How sure each interval of a difference was, so that all verdicts are as sure as 99 % together.
-    pub(super) interval_confidence: f64,
-    /// Pairs of sightings behind each definition of the inconsistency.
-    pub(super) sightings: BTreeMap<String, u64>,
     pub(super) seconds: f64,
     pub(super) runs: Vec<RunResult>,
     pub(super) pairs: Vec<PairResult>,
@@ -32,14 +19,15 @@ pub(super) struct DriveResult {
 pub(super) struct RunResult {
     pub(super) name: String,
     pub(super) kind: String,
-    /// Larger is worse, all of them: `ATE`, `RPE`, `SMD` in metres.
+    /// Lower is better: `ATE`, `RPE`, `SMD` in metres.
     pub(super) truth: BTreeMap<String, f64>,
-    /// How far apart sightings of one place lie, by definition.
-    pub(super) inconsistency: BTreeMap<String, Inconsistency>,
+    /// The mean distance between two sightings of one true place, metres: from any two frames, and from independent
+    /// segments only.
+    pub(super) inconsistency_m: [Option<f64>; 2],
     /// Every score, lower is better; `None` where it is not defined.
     pub(super) scores: BTreeMap<String, Option<f64>>,
-    /// Shares that are not scores: coverage, revisit coverage, misses.
-    pub(super) shares: BTreeMap<String, Option<f64>>,
+    pub(super) coverage: Option<f64>,
+    pub(super) coverage_revisit: Option<f64>,
 }
 
 /// Two estimates, by index.
@@ -47,25 +35,23 @@ pub(super) struct RunResult {
 pub(super) struct PairResult {
     pub(super) a: usize,
     pub(super) b: usize,
-    /// What `dmp score` says.
+    /// The verdict of `dmp score`.
     pub(super) verdict: Said,
     /// The scale that decided, metres.
     pub(super) decided_at_m: Option<f64>,
-    /// Whether the command calls the two the same.
-    pub(super) is_same: bool,
-    /// Which comes back better by drift, as the command says; nothing where it was not measured.
+    /// The comparison of drift that `dmp score` prints.
     pub(super) drift: Said,
     /// Returns that each of the two predicts from other parts of the drive.
     pub(super) predicted: [f64; 2],
     /// Mean differences a − b of single scores, and their errors.
     pub(super) singles: BTreeMap<String, Difference>,
     /// The same scores over [`super::interval::BATCHES`] consecutive parts of the frames.
-    pub(super) batches: BTreeMap<String, Vec<Batch>>,
+    pub(super) batches: BTreeMap<String, Vec<Both>>,
 }
 
-/// Two runs in a part of the frames.
+/// Two runs over the returns that both predict.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
-pub(super) struct Batch {
+pub(super) struct Both {
     /// Sum of the differences a − b.
     pub(super) difference_m2: f64,
     /// Sum over both runs.
@@ -73,12 +59,25 @@ pub(super) struct Batch {
     pub(super) returns: f64,
 }
 
+impl Both {
+    pub(super) fn add(&mut self, a_m2: f64, b_m2: f64) {
+        self.merge(&Self { difference_m2: a_m2 - b_m2, level_m2: a_m2 + b_m2, returns: 1.0 });
+    }
+
+    pub(super) fn merge(&mut self, other: &Self) {
+        self.difference_m2 += other.difference_m2;
+        self.level_m2 += other.level_m2;
+        self.returns += other.returns;
+    }
+}
+
 /// A mean difference.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(super) struct Difference {
     pub(super) value_m2: f64,
-    /// Its standard error, and how many degrees of freedom it is known with.
+    /// Its standard error.
     pub(super) error_m2: Option<f64>,
+    /// The degrees of freedom of that error.
     pub(super) degrees: u64,
 }
 

@@ -34,7 +34,7 @@ fn off_by(found: &Alignment, by: &Isometry3<f64>) -> (Vector3<f64>, f64) {
 }
 
 #[test]
-fn a_bare_corridor_tells_all_but_how_far_along_it() {
+fn a_bare_corridor_holds_all_but_the_place_along_it() {
     let target = pyramid(corridor(0.013));
     for by in [
         Isometry3::identity(),
@@ -90,14 +90,6 @@ fn noise_on_bare_walls_holds_nothing_along_them() {
         let kept_m = moved(&found.target_from_source, &middle)[0][0] - moved(&guess, &middle)[0][0];
         assert!(kept_m.abs() < 0.03, "{kept_m} m along");
     }
-}
-
-#[test]
-fn of_several_guesses_along_a_bare_corridor_none_is_a_look_alike() {
-    let (target, source) = (pyramid(corridor(0.013)), pyramid(corridor(0.051)));
-    let guesses: Vec<_> = (-3..=3).map(|k| turned(0.0, [2.0 * f64::from(k), 0.0, 0.0])).collect();
-    let found = align(&target, &source, &guesses).unwrap();
-    assert!(found.unheld.is_some() && found.target_from_source.translation.y.abs() < 0.002);
 }
 
 #[test]

@@ -84,7 +84,7 @@ fn a_street_that_does_not_is_none_from_many_guesses_either() {
 /// Pieces of 4 m of the second visit are moved by some centimetres, each other one the other way: no motion brings all of them onto
 /// the first.
 #[test]
-fn surfaces_that_do_not_come_to_lie_on_each_other_are_told() {
+fn surfaces_that_stay_apart_are_rejected() {
     for (off_m, is_refused) in [(0.002, false), (0.06, true)] {
         let [first, second] = visits(3);
         let bent: Vec<[f64; 3]> = second

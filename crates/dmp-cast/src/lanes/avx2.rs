@@ -1,4 +1,4 @@
-//! Eight lanes of AVX2; two of these are sixteen.
+//! Eight lanes of AVX2; two vectors make sixteen.
 
 #![expect(unsafe_code, reason = "the processor's vector instructions")]
 
@@ -17,12 +17,12 @@ use super::pair::Pair;
 use super::simd::{Job, Lanes, Mask, Simd};
 use super::vector::{lanes_of_intrinsics, operators};
 
-/// AVX2, with the bit instructions that came along with it.
+/// AVX2, with the bit instructions of the same processors.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Avx2(());
 
 impl Avx2 {
-    /// Where the processor has it.
+    /// `Some` if the processor has it.
     pub(crate) fn found() -> Option<Self> {
         use std::arch::is_x86_feature_detected as has;
         let bits = has!("bmi1") && has!("bmi2") && has!("lzcnt") && has!("popcnt");
@@ -30,7 +30,7 @@ impl Avx2 {
     }
 
     /// # Safety
-    /// The processor must have what [`Self::found`] asks for.
+    /// The processor must have the features that [`Self::found`] checks.
     pub(super) unsafe fn assume() -> Self {
         Self(())
     }
@@ -61,7 +61,7 @@ impl Simd for Avx2 {
     }
 }
 
-/// For each byte the places of its set bits, first to last.
+/// For each byte the positions of its set bits, first to last.
 static SET_BITS: [[u8; 8]; 256] = {
     let mut table = [[0; 8]; 256];
     let mut byte = 0;

@@ -21,7 +21,7 @@ use super::vector::{lanes_of_intrinsics, operators};
 pub(crate) struct Avx512(());
 
 impl Avx512 {
-    /// Where the processor has it.
+    /// `Some` if the processor has it.
     pub(crate) fn found() -> Option<Self> {
         use std::arch::is_x86_feature_detected as has;
         let found = has!("avx512f") && has!("avx512vl") && has!("avx512bw") && has!("avx512dq");
@@ -35,7 +35,7 @@ impl Simd for Avx512 {
 
     #[inline(always)]
     fn eight(self) -> Avx2 {
-        // SAFETY: `found` asks for all of it.
+        // SAFETY: `found` checks all of them.
         unsafe { Avx2::assume() }
     }
     #[inline(always)]

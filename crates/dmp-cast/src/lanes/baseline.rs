@@ -1,4 +1,4 @@
-//! The path of what every processor has: SSE2 on x86-64, plain code elsewhere.
+//! The path of every processor: SSE2 on x86-64, plain code elsewhere.
 
 use super::pair::Pair;
 use super::portable::Portable;

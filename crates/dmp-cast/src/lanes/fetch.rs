@@ -1,8 +1,8 @@
-//! Memory asked for before it is needed.
+//! Prefetches memory into the cache.
 
 #![cfg_attr(target_arch = "x86_64", expect(unsafe_code, reason = "the processor's instruction for it"))]
 
-/// Has a value brought into the cache, where there is an instruction for that; nothing waits for it.
+/// Prefetches a value into the cache, if there is an instruction for that; nothing waits for it.
 #[inline(always)]
 pub(crate) fn fetch<T>(value: &T) {
     #[cfg(target_arch = "x86_64")]
@@ -11,7 +11,7 @@ pub(crate) fn fetch<T>(value: &T) {
         const CACHE_LINE_BYTES: usize = 64;
         let start: *const T = value;
         for line in 0..size_of::<T>().div_ceil(CACHE_LINE_BYTES) {
-            // SAFETY: every x86-64 has the instruction, and it reads nothing, whatever lies there.
+            // SAFETY: every x86-64 has the instruction, and it accesses nothing, whatever the address.
             unsafe {
                 _mm_prefetch::<_MM_HINT_T0>(start.cast::<i8>().wrapping_add(line * CACHE_LINE_BYTES));
             }

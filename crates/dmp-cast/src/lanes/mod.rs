@@ -1,13 +1,13 @@
 //! Eight or sixteen numbers at once, on three paths that give the same bits.
 //!
-//! Every operation here is one IEEE operation per lane, on every path: nothing is contracted into a fused
-//! multiply-add, nothing is estimated. So code written on [`Lanes`] gives the same bits on all of them.
+//! Every operation here is one IEEE operation per lane, on every path: no fused multiply-add, no approximation. So code
+//! written with [`Lanes`] gives the same bits on all of them.
 //!
-//! A vector is made only with a [`Simd`] at hand, and a `Simd` that needs a processor's features is made only
-//! where they were found: that is why its operations are safe to call.
+//! A vector can only be made with a [`Simd`]. A `Simd` that needs a processor's features is only made where they were
+//! detected: so its operations are safe to call.
 //!
-//! A function that holds vectors must be inlined into one that is compiled for the path's instructions, down to
-//! the last of them. Closures cannot be made to: there are none here that hold vectors.
+//! A function that holds vectors must be inlined into one that is compiled for the path's instructions, down to the
+//! last of them. Closures cannot be forced to inline: none here holds vectors.
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;

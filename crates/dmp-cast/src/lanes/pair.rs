@@ -1,4 +1,4 @@
-//! Twice as many lanes, from two vectors.
+//! Vectors of twice as many lanes, from two vectors.
 
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Sub};
 

@@ -1,15 +1,15 @@
-//! Four lanes of plain code, for the compiler to make of it what the target has.
+//! Four lanes of plain code, which the compiler vectorises for the target.
 
 use std::array::from_fn;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Sub};
 
 use super::simd::{Lanes, Mask};
 
-/// What every processor of the target has.
+/// The features of every processor of the target.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Portable;
 
-/// Four numbers, on targets for which there is nothing better; on x86-64 in tests only.
+/// Four numbers, on targets without a better path; on x86-64 in tests only.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(16))]
 #[cfg_attr(target_arch = "x86_64", allow(dead_code, reason = "tests hold it to the others there"))]

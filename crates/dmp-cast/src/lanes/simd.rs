@@ -1,59 +1,59 @@
-//! What a path of instructions can do: the traits that every kernel is written on.
+//! The traits of an instruction path, on which every kernel is written.
 
 use std::fmt::Debug;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Sub};
 
-/// Proof that a path's instructions are there, and its vectors.
+/// Proof that a path's instructions are available, and its vectors.
 pub(crate) trait Simd: Copy + Debug {
     /// Eight lanes: the children of a node.
     type Eight: Lanes;
     /// Sixteen lanes: the discs of a leaf, or the rays of a packet.
     type Sixteen: Lanes;
 
-    /// What eight lanes are made with.
+    /// The token that makes eight lanes.
     fn eight(self) -> <Self::Eight as Lanes>::Simd;
-    /// What sixteen lanes are made with.
+    /// The token that makes sixteen lanes.
     fn sixteen(self) -> <Self::Sixteen as Lanes>::Simd;
 
-    /// Runs a job in a function of its own that is compiled for this path.
+    /// Runs a job in a function compiled for this path.
     fn run<J: Job>(self, job: J) -> J::Output;
 }
 
-/// What is compiled for every path. Its `on` must be inlined, and what it calls, down to the vectors.
+/// Code compiled for every path. Its `on` must be inlined, and everything it calls, down to the vectors.
 pub(crate) trait Job {
-    /// What comes of it.
+    /// The result.
     type Output;
-    /// Does it.
+    /// Runs it.
     fn on<S: Simd>(self, simd: S) -> Self::Output;
 }
 
-/// Lanes of a comparison.
+/// The lanes of a comparison.
 pub(crate) trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> {
-    /// How many lanes.
+    /// Number of lanes.
     const COUNT: usize;
 
     /// A bit for each lane, the first lane lowest.
     fn bits(self) -> u32;
 }
 
-/// Numbers side by side. Slices must hold as many as there are lanes.
+/// A vector of numbers. Slices must have at least as many elements as lanes.
 pub(crate) trait Lanes:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
 {
-    /// What it is made with.
+    /// The token that makes it.
     type Simd: Copy;
-    /// What comparisons give.
+    /// The result of comparisons.
     type Mask: Mask;
-    /// As many whole numbers.
+    /// The same number of integers.
     type Ints: Copy;
-    /// How many.
+    /// Number of lanes.
     const COUNT: usize;
 
-    /// The same in all lanes.
+    /// One value in all lanes.
     fn splat(simd: Self::Simd, value: f32) -> Self;
-    /// The first of `values`.
+    /// The first elements of `values`.
     fn load(simd: Self::Simd, values: &[f32]) -> Self;
-    /// Writes the lanes to the front of `values`.
+    /// Writes the lanes to the start of `values`.
     fn store(self, values: &mut [f32]);
     /// `self` where smaller, else `other`.
     fn min(self, other: Self) -> Self;
@@ -71,17 +71,17 @@ pub(crate) trait Lanes:
     fn where_or(self, mask: Self::Mask, other: Self) -> Self;
     /// Lanes whose bit is set.
     fn mask_of(simd: Self::Simd, bits: u32) -> Self::Mask;
-    /// Lanes of the first of `values` that are below `bound`.
+    /// Lanes where the first elements of `values` are below `bound`.
     fn below(simd: Self::Simd, values: &[i32], bound: i32) -> Self::Mask;
-    /// Lanes of the first of `values` that are above `bound`.
+    /// Lanes where the first elements of `values` are above `bound`.
     fn above(simd: Self::Simd, values: &[i32], bound: i32) -> Self::Mask;
-    /// The first of `values`, each `bits` further up, with `tag` in the bits below.
+    /// The first elements of `values`, each shifted up by `bits`, with `tag` in the bits below.
     fn tagged(simd: Self::Simd, values: &[u32], bits: u32, tag: u32) -> Self::Ints;
-    /// Moves the lanes whose bit is set to the front of `packed`, in order; behind them `packed` may be overwritten,
-    /// as far as there are lanes.
+    /// Moves the lanes whose bit is set to the start of `packed`, in order. The elements behind them may be
+    /// overwritten, up to the number of lanes.
     fn pack(ints: Self::Ints, bits: u32, packed: &mut [u32]);
-    /// Writes `first` plus the number of each lane whose bit is set to the front of `packed`, in order; behind them
-    /// `packed` may be overwritten, as far as there are lanes.
+    /// Writes `first` plus the index of each lane whose bit is set to the start of `packed`, in order. The elements
+    /// behind them may be overwritten, up to the number of lanes.
     fn pack_lanes(simd: Self::Simd, first: u32, bits: u32, packed: &mut [u32]);
     /// The smallest lane.
     fn smallest(self) -> f32;

@@ -1,4 +1,4 @@
-//! Four lanes of what every x86-64 processor has.
+//! Four lanes of SSE2, which every x86-64 processor has.
 
 #![expect(unsafe_code, reason = "loads and stores of vectors")]
 

@@ -1,4 +1,4 @@
-//! Every operation of every path against one lane at a time.
+//! Tests every operation of every path against one lane at a time.
 
 use super::*;
 
@@ -50,7 +50,7 @@ fn check<L: Lanes>(simd: L::Simd) {
         assert_eq!(L::mask_of(simd, mask).bits(), bits(&|k| mask >> k & 1 == 1));
         let chosen = stored(va.where_or(L::mask_of(simd, mask), vb));
         same(&chosen, |k| if mask >> k & 1 == 1 { a[k] } else { b[k] }, "where");
-        // Packing keeps what is marked, in order.
+        // Packing keeps the marked lanes, in order.
         let values: [u32; 16] = std::array::from_fn(|k| (k + turn) as u32 * 7);
         let (mut packed, mut numbers) = ([0; 16], [0; 16]);
         L::pack(L::tagged(simd, &values, 3, 5), mask, &mut packed);
@@ -79,7 +79,7 @@ fn check_both<S: Simd>(simd: S) {
 #[test]
 fn the_portable_path_does_what_it_says() {
     check_both(Portable);
-    // Which of the two it is made of depends on the target.
+    // Its implementation depends on the target.
     check::<portable::Four>(Portable);
     check::<pair::Pair<portable::Four>>(Portable);
 }

@@ -1,4 +1,4 @@
-//! What vectors of every width have in common: one intrinsic for each operation, by macros.
+//! Macros for the common part of all vector widths: one intrinsic per operation.
 
 /// Operators of a vector or a mask, each of one intrinsic.
 macro_rules! operators {
@@ -15,7 +15,7 @@ macro_rules! operators {
 }
 pub(super) use operators;
 
-/// The functions of [`Lanes`](super::simd::Lanes) that are one intrinsic.
+/// The functions of [`Lanes`](super::simd::Lanes) with one intrinsic each.
 macro_rules! lanes_of_intrinsics {
     (
         $simd:ident, $mask:ident, $count:literal;

@@ -1,4 +1,4 @@
-//! Sixteen rays on their way through the tiles.
+//! The state of sixteen rays that traverse the tiles.
 
 mod route;
 
@@ -9,29 +9,29 @@ use crate::packet::PacketAnswers;
 use crate::packet_rays::{PacketRays, RAYS};
 use crate::query::{Answer, CastSettings, Query, Wanted};
 
-/// How far before its tile a ray is looked at, metres: rounding at a border must not open a gap. Discs
-/// over the border are in both tiles, so the same crossing from both sides is one crossing.
+/// Rays start this far before their tile, metres: so rounding at a border opens no gap. Discs over the border are in
+/// both tiles, and a crossing found from both sides is one crossing.
 const BORDER_SLACK_M: f64 = 1e-3;
 
-/// Rays from further out find nothing, nor do those whose direction is no unit vector, or NaN: their ways would have no
-/// end, and they would spoil the packets they are in. Maps end there too.
+/// Rays from farther out find nothing, nor do those whose direction is NaN or no unit vector: their traversal would not
+/// end, and they would spoil their packets. Maps end there too.
 const WORLD_LIMIT_M: f64 = 5e7;
 
 type Column = [f64; RAYS];
 
-/// A packet: up to sixteen rays of one segment with what is known of them so far, ranges from their origins.
+/// A packet: up to sixteen rays of one segment and their answers so far, ranges from their origins.
 ///
-/// Everything lies in columns and is done for all places, those without a ray too: their numbers are those of the
-/// first ray, and nobody asks for them.
+/// All data is in columns and computed for all lanes. Lanes without a ray repeat the first ray; their results are
+/// ignored.
 #[derive(Debug, Clone)]
 #[repr(align(64))]
 pub(crate) struct Rays {
     origin_in_world_m: [Column; 3],
     direction_in_world: [Column; 3],
     measured_m: Column,
-    /// Crossings further than this do not count.
+    /// Crossings farther than this do not count.
     end_m: Column,
-    /// Range at which each enters the tile it has come to.
+    /// Range at which each enters its current tile.
     enter_m: Column,
     /// Ranges of the next border across x and across y.
     next_m: [Column; 2],
@@ -41,9 +41,9 @@ pub(crate) struct Rays {
     independent_m: Column,
     /// A bit for each ray.
     revisited: u32,
-    /// Column and row of the tile each has come to.
+    /// Column and row of each ray's current tile.
     tile: [[i32; RAYS]; 2],
-    /// How many tiles each has passed since its first: the same for all rays that come to a tile from one.
+    /// Number of tiles each has passed since its first: equal for all rays that enter a tile from the same tile.
     steps: [u32; RAYS],
     query: [u32; RAYS],
     count: usize,
@@ -52,7 +52,7 @@ pub(crate) struct Rays {
     return_m: f64,
 }
 
-/// What the rays of a packet have in common.
+/// The common settings of a packet's rays.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Asked {
     pub(crate) independence: Option<Independence>,
@@ -80,7 +80,7 @@ impl Rays {
         return_m: 0.0,
     };
 
-    /// Begins with the rays of `queries` at the indices in the low halves of `order`: one to sixteen of one segment.
+    /// Starts with the rays of `queries` at the indices in the low halves of `order`: one to sixteen of one segment.
     #[inline(always)]
     pub(crate) fn fill(
         &mut self,
@@ -160,8 +160,8 @@ impl Rays {
         (1 << self.count) - 1
     }
 
-    /// The rays in the tile that they have come to, each up to [`CastSettings::return_m`] behind its measured range; what they
-    /// cross beyond the tile's border counts there. Tells how far each would have to go without that bound.
+    /// The rays in their current tile, each up to [`CastSettings::return_m`] behind its measured range; crossings
+    /// beyond the tile's border count. Returns each ray's end without that bound.
     #[inline(always)]
     pub(crate) fn in_tile(&self, tile_origin_in_world_m: [f64; 3], rays: &mut PacketRays) -> [f32; RAYS] {
         for k in 0..3 {
@@ -188,8 +188,8 @@ impl Rays {
 
     /// The answers so far, from the tile's border on.
     ///
-    /// What was found before this tile is final. Discs over the border are met again here, rounded another way;
-    /// without this an answer would depend on what else the walk goes on for.
+    /// Answers found before this tile are final. Discs over the border are met again here with other rounding; without
+    /// this rule an answer would depend on the other answers requested.
     #[inline(always)]
     pub(crate) fn answers_in_tile(&self, answers: &mut PacketAnswers) {
         let none = f32::NEG_INFINITY;
@@ -199,7 +199,7 @@ impl Rays {
             answers.first_m[lane] = if first <= enter_m { none } else { (first - enter_m) as f32 };
             answers.independent_m[lane] =
                 if independent <= enter_m { none } else { (independent - enter_m) as f32 };
-            // Of two equally near the one found first along the ray stays.
+            // Of two equally near, the first one found along the ray stays.
             answers.nearest_m[lane] = if self.nearest_m[lane] < f64::INFINITY { none } else { f32::INFINITY };
             let is_final = self.measured_m[lane] + self.gap_m[lane] <= enter_m;
             answers.gap_m[lane] = if is_final { none } else { self.gap_m[lane] as f32 };
@@ -207,7 +207,7 @@ impl Rays {
         answers.revisited = self.revisited;
     }
 
-    /// Takes over, for some rays, what was found in the tile since [`Self::answers_in_tile`] gave `before`.
+    /// Takes, for some rays, what was found in the tile since [`Self::answers_in_tile`] returned `before`.
     #[inline(always)]
     pub(crate) fn take(&mut self, lanes: u32, before: &PacketAnswers, found: &PacketAnswers) {
         for lane in 0..RAYS {
@@ -230,13 +230,13 @@ impl Rays {
         self.revisited |= found.revisited & lanes;
     }
 
-    /// Has the places of the answers brought into the cache.
+    /// Prefetches the memory of the answers.
     #[inline(always)]
     pub(crate) fn fetch_answers(&self, answers: &[Answer]) {
         self.query[..self.count].iter().for_each(|&query| fetch(&answers[query as usize]));
     }
 
-    /// Writes every ray's answer to its query's place.
+    /// Writes every ray's answer to its query's index.
     #[inline(always)]
     pub(crate) fn answer(&self, answers: &mut [Answer]) {
         let range = |range_m: f64| (range_m < f64::INFINITY).then_some(range_m);

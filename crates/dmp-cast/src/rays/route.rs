@@ -1,4 +1,4 @@
-//! The way of rays through the columns of tiles, nearest first (Amanatides & Woo 1987, in two dimensions).
+//! Routes rays through the columns of tiles, nearest first (Amanatides & Woo 1987, in two dimensions).
 
 use dmp_map::{Independence, TileExtent, TileId};
 
@@ -6,7 +6,7 @@ use super::{BORDER_SLACK_M, Rays};
 use crate::packet_rays::RAYS;
 
 impl Rays {
-    /// The tile a ray has come to.
+    /// The current tile of a ray.
     #[inline(always)]
     fn tile(&self, lane: usize) -> TileId {
         TileId { x: self.tile[0][lane], y: self.tile[1][lane] }
@@ -19,19 +19,19 @@ impl Rays {
         if x < y { x } else { y }
     }
 
-    /// Goes on to the next tile.
+    /// Advances to the next tile.
     #[inline(always)]
     fn advance(&mut self, lane: usize, tile_edge_m: f64) {
         let k = usize::from(self.next_m[1][lane] < self.next_m[0][lane]);
         let d = self.direction_in_world[k][lane];
         self.enter_m[lane] = self.next_m[k][lane];
         self.next_m[k][lane] += tile_edge_m / d.abs();
-        // Saturates: a ray never comes that far, since it begins inside of the world and leaves the map before.
+        // Saturates, but is never reached: a ray begins inside the world and leaves the map before.
         self.tile[k][lane] = self.tile[k][lane].saturating_add(if d > 0.0 { 1 } else { -1 });
         self.steps[lane] += 1;
     }
 
-    /// Whether a ray has left all tiles between `low` and `high` behind, or never comes to them.
+    /// Whether a ray has passed all tiles between `low` and `high`, or never reaches them.
     #[inline(always)]
     fn leaves(&self, lane: usize, [low, high]: [TileId; 2]) -> bool {
         let gone = |k: usize, low: i32, high: i32| {
@@ -41,8 +41,8 @@ impl Rays {
         gone(0, low.x, high.x) || gone(1, low.y, high.y)
     }
 
-    /// Moves rays on to the next tile that may hold something for each, and tells `go` those tiles with their rays,
-    /// given as bits. Rays that have none go nowhere any more.
+    /// Moves each ray to the next tile that may change its answer, and passes `go` those tiles with their rays, given
+    /// as bits. Rays without such a tile end.
     #[inline(always)]
     pub(crate) fn route(
         &mut self,
@@ -53,7 +53,7 @@ impl Rays {
         mut go: impl FnMut(TileId, usize, u32),
     ) {
         while lanes != 0 {
-            // Usually all of them are in one tile.
+            // Usually all rays are in one tile.
             let lane = lanes.trailing_zeros() as usize % RAYS;
             let (tile, steps) = (self.tile(lane), self.steps[lane]);
             let mut here = 0;
@@ -88,8 +88,8 @@ impl Rays {
         ended
     }
 
-    /// Rays for which a tile with this extent may still change an answer, by its distance, its heights and what its
-    /// surfels were seen from; and those that end there.
+    /// Rays for which a tile with this extent may still change an answer, by its distance, its heights and its
+    /// segments; and rays that end there.
     #[inline(always)]
     fn may_gain(&self, extent: &TileExtent) -> (u32, u32) {
         let may_hold = |independence: Option<Independence>| {
@@ -122,13 +122,13 @@ impl Rays {
         (goes, self.ended())
     }
 
-    /// Lets rays leave their tile.
+    /// Moves rays out of their tile.
     #[inline(always)]
     pub(crate) fn leave_tile(&mut self, lanes: u32, tile_edge_m: f64) {
         set_bits(lanes).for_each(|lane| self.advance(lane % RAYS, tile_edge_m));
     }
 
-    /// Rays that something beyond their tile may still matter to.
+    /// Rays whose answers may still change beyond their tile.
     #[inline(always)]
     pub(crate) fn unsettled(&self) -> u32 {
         let [no_independence, no_revisit] =
@@ -148,7 +148,7 @@ impl Rays {
     }
 }
 
-/// The places of the bits that are set.
+/// The positions of the set bits.
 #[inline(always)]
 pub(super) fn set_bits(mut bits: u32) -> impl Iterator<Item = usize> {
     std::iter::from_fn(move || {
@@ -158,7 +158,7 @@ pub(super) fn set_bits(mut bits: u32) -> impl Iterator<Item = usize> {
     })
 }
 
-/// Whether a ray may meet a disc between two heights while it goes from one range to another.
+/// Whether a ray may meet a disc between two heights within a range interval.
 #[inline(always)]
 fn reaches_heights(
     origin_z_m: f64,
@@ -170,7 +170,7 @@ fn reaches_heights(
     // A metre before and behind: discs reach a little over the tile's border.
     let z_at = |range_m: f64| origin_z_m + direction_z * range_m;
     let (a, b) = (z_at(enter_m - 1.0), z_at(leave_m + 1.0));
-    // Not `max` and `min`, which mind NaN and keep this from being done for many rays at once.
+    // Without `max` and `min`, whose NaN rules prevent vectorisation.
     ((a >= low_m) | (b >= low_m)) & ((a <= high_m) | (b <= high_m))
 }
 

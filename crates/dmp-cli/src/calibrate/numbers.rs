@@ -8,22 +8,22 @@ use dmp_draw::text::{Side, Table, digits};
 
 use crate::say::tell;
 
-/// What the scans say of a run's clock and mounting.
+/// Estimates of a run's clock and extrinsic.
 pub(super) fn table(out: &mut impl Write, name: &str, found: &ConventionsReport) -> io::Result<()> {
     let ConventionsReport { together, thickness_m, thickness_mended_m, estimates, silence, .. } = found;
     writeln!(out, "{name}")?;
     if let Some(share) = together {
-        writeln!(out, "  {:.0} % of the returns looked at meet those of other scans near by", 100.0 * share)?;
+        writeln!(out, "  {:.0} % of the sampled returns lie near those of other scans", 100.0 * share)?;
     }
     match thickness_m {
         Some(metres) => {
             let mended = thickness_mended_m.filter(|mended| *mended != *metres);
             let mended = mended.map_or(String::new(), |mended| {
-                format!(", and {} cm with what is off put right", digits(100.0 * mended))
+                format!(", and {} cm with the fixes", digits(100.0 * mended))
             });
             writeln!(out, "  surfaces are {} cm thick{mended}", digits(100.0 * metres))?;
         }
-        None => writeln!(out, "  nothing can be said of clock and mounting")?,
+        None => writeln!(out, "  clock and extrinsic cannot be estimated")?,
     }
     if let Some(why) = silence {
         tell!(out, "  {why}")?;
@@ -31,7 +31,7 @@ pub(super) fn table(out: &mut impl Write, name: &str, found: &ConventionsReport)
     if !estimates.is_empty() {
         writeln!(
             out,
-            "  to be added to what was given (time: to the log's stamps; sweep: what is true of it):"
+            "  corrections to add (time: to the log's stamps; sweep: factor of the times of returns):"
         )?;
     }
     let mut table = Table::new([Side::Left, Side::Right, Side::Right, Side::Left, Side::Left]);
@@ -48,9 +48,9 @@ fn row(estimate: &EstimateReport, is_silent: bool) -> [String; 5] {
     let (factor, unit, decimals) = unit_of(axis);
     let remark = match (seen, off, pays) {
         _ if is_silent => "",
-        (false, ..) => "cannot be seen here",
+        (false, ..) => "not determined here",
         (true, true, true) => "off",
-        (true, true, false) => "off, by too little to matter",
+        (true, true, false) => "off, too little to matter",
         (true, false, _) => "",
     };
     let number = |value: f64| format!("{value:.decimals$}");
@@ -88,7 +88,7 @@ pub(super) fn plot(profile: &Profile, names: &[&str]) -> Plot {
     let given = profile.axis.as_given();
     Plot {
         title: format!("Surfaces against {}", profile.axis.name()),
-        subtitle: format!("{given} is as it was given; the other numbers are put right where that pays"),
+        subtitle: format!("{given} is as given; the other parameters are fixed where that pays"),
         x: Axis { title: format!("{} [{unit}]", profile.axis.name()), log: false },
         y: Axis { title: "thickness [cm]".into(), log: false },
         x_names: Vec::new(),

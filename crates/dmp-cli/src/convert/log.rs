@@ -1,72 +1,70 @@
 //! `dmp convert log`: the scans of a log in another format.
 
-use std::io::Write;
-use std::path::PathBuf;
+use std::io::Write as _;
+use std::path::Path;
 
 use anyhow::{Context as _, bail};
-use clap::Args;
 use dmp::Config;
 use dmp_draw::text::counted;
-use dmp_sensor::{Isometry3, Scan};
+use dmp_log::{LogError, MadeWith, read_trajectory};
+use dmp_sensor::Scan;
 
 use crate::common::Common;
 use crate::exit::{Exit, Usage};
-use crate::log_args::{LogArgs, Mapper};
-use crate::log_writer::{CompressionArg, LogWriter, OutputFormat};
+use crate::log_input::LogInput;
+use crate::log_writer::{Compression, LogWriter, OutputFormat};
+use crate::options::{Asked, Out, Spec, input, tools};
 use crate::progress::Progress;
 use crate::say::say;
-use crate::score::parse;
 
-/// Write the scans of a log in another format
-///
-/// Places and times of returns are kept, other fields are not. A stamp that lies behind the first return of its
-/// scan is moved to it; the instants stay what they are.
-#[derive(Debug, Args)]
-#[command(
-    override_usage = "dmp convert log [OPTIONS] LOG -o OUTPUT",
-    after_help = "Examples:\n  \
-    dmp convert log drive.mcap -o drive-fast.mcap --compression none\n  \
-    dmp convert log bag/ --topic /lidar/points -o scans --to pcd\n  \
-    dmp convert log kitti/07/ -o kitti07.mcap"
-)]
-pub(crate) struct LogConvertArgs {
-    #[command(flatten)]
-    log: LogArgs,
-    /// With --made-with: where the sensor sat on the body, body_from_sensor, metres and a quaternion
-    #[arg(long, value_name = "X,Y,Z,QX,QY,QZ,QW", default_value = "0,0,0,0,0,0,1", value_parser = parse::transform)]
-    #[arg(requires = "made_with", allow_hyphen_values = true, help_heading = "Place and time")]
-    extrinsic: Isometry3<f64>,
-    /// With --made-with: added to the times of points before poses are looked up, seconds
-    #[arg(long, value_name = "SECONDS", default_value = "0", value_parser = parse::seconds_ns)]
-    #[arg(requires = "made_with", allow_hyphen_values = true, help_heading = "Place and time")]
-    time_offset: i64,
-    /// What to write: FILE.mcap or a folder, which must not be there yet
-    #[arg(short, long, value_name = "OUTPUT", help_heading = "Output")]
-    output: PathBuf,
-    /// The format; without it MCAP where OUTPUT ends in .mcap, else a folder of .bin
-    #[arg(long, value_name = "FORMAT", help_heading = "Output")]
-    to: Option<OutputFormat>,
-    /// How an MCAP file is packed [default: zstd]
-    #[arg(long, value_name = "KIND", help_heading = "Output")]
-    compression: Option<CompressionArg>,
+/// Length of the scans that a file in world coordinates is cut into, where it is not given: nanoseconds.
+const SCAN_PERIOD_NS: i64 = 100_000_000;
+
+pub(super) static SPEC: Spec = Spec {
+    name: "log",
+    about: "Write the scans of a log in another format",
+    more: "Keeps positions and times of returns, drops other fields. A stamp later than the first return of its scan is moved to \
+           that return; the times of all returns stay the same.",
+    usage: "dmp convert log [OPTIONS] LOG -o OUTPUT",
+    after: "Examples:\n  \
+            dmp convert log drive.mcap -o drive-fast.mcap --compression none\n  \
+            dmp convert log bag/ --topic /lidar/points -o scans --to pcd\n  \
+            dmp convert log mapped.laz --made-with slam.tum -o drive.mcap\n  \
+            dmp convert log kitti/07/ -o kitti07.mcap",
+    options: &[
+        &[&input::LOG],
+        input::READING,
+        &[&input::MADE_WITH, &input::SCAN_PERIOD, &tools::MAPPED_FROM, &tools::MAPPED_AT],
+        &[&tools::LOG_OUTPUT, &tools::LOG_FORMAT, &tools::COMPRESSION],
+    ],
+    run,
+    ..Spec::EMPTY
+};
+
+/// What brings points in world coordinates back into the sensor's frame.
+fn made_with(path: &Path, asked: &Asked) -> Result<MadeWith, LogError> {
+    Ok(MadeWith {
+        trajectory: read_trajectory(path)?.trajectory,
+        body_from_sensor: asked.get(&tools::MAPPED_FROM).unwrap_or_default(),
+        time_offset_ns: asked.get(&tools::MAPPED_AT).unwrap_or_default(),
+        max_gap_ns: None,
+        scan_period_ns: asked.get(&input::SCAN_PERIOD).unwrap_or(SCAN_PERIOD_NS),
+    })
 }
 
-pub(super) fn run(arguments: &LogConvertArgs, common: &Common, out: &mut impl Write) -> anyhow::Result<Exit> {
-    let format = match arguments.to {
+fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::Result<Exit> {
+    let (output, compression) = (asked.need(&tools::LOG_OUTPUT)?, asked.get(&tools::COMPRESSION));
+    let format = match asked.get(&tools::LOG_FORMAT) {
         Some(format) => format,
-        None => OutputFormat::of_name(&arguments.output)?,
+        None => OutputFormat::of_name(&output)?,
     };
-    check_output(arguments, format)?;
-    let mapper = Mapper {
-        body_from_sensor: Some(arguments.extrinsic),
-        time_offset_ns: arguments.time_offset,
-        max_gap_ns: None,
-    };
-    let log = arguments.log.open(&mapper, Config::default().threads)?;
-    let compression = arguments.compression.unwrap_or(CompressionArg::Zstd);
-    let mut writer = LogWriter::create(&arguments.output, format, compression)?;
+    check_output(&output, compression.is_some(), format)?;
+    let mut input = LogInput::of(asked)?;
+    input.options.made_with = asked.get(&input::MADE_WITH).map(|path| made_with(&path, asked)).transpose()?;
+    let log = input.open(Config::default().threads)?;
+    let mut writer = LogWriter::create(&output, format, compression.unwrap_or(Compression::Zstd))?;
     let progress = Progress::new(common);
-    progress.reading("converting", "points");
+    progress.start("converting", "points", 0);
     let mut reader = log.reader()?;
     let (mut scan, mut returns) = (Scan::default(), 0);
     for frame in 0..log.frames().len() {
@@ -80,7 +78,7 @@ pub(super) fn run(arguments: &LogConvertArgs, common: &Common, out: &mut impl Wr
     writer.finish()?;
     drop(progress);
     let scans = counted(log.frames().len() as u64, "scan");
-    writeln!(out, "{}: {scans}, {}", arguments.output.display(), counted(returns, "return"))?;
+    writeln!(out, "{}: {scans}, {}", output.display(), counted(returns, "return"))?;
     if let Some(precision) = format.precision() {
         writeln!(out, "{precision}")?;
     }
@@ -94,18 +92,17 @@ pub(super) fn run(arguments: &LogConvertArgs, common: &Common, out: &mut impl Wr
     Ok(if damage.is_empty() { Exit::Done } else { Exit::InputDamaged })
 }
 
-/// What would be a surprise is refused: a log that is there already, an option without effect, a folder that
-/// is called like a file.
-fn check_output(arguments: &LogConvertArgs, format: OutputFormat) -> anyhow::Result<()> {
-    let path = arguments.output.display();
-    if arguments.output.try_exists().with_context(|| path.to_string())? {
-        bail!(Usage(format!("{path}: there is something already, it is not overwritten")));
+/// Refuses a log that exists, an option without effect, and a folder named like a file.
+fn check_output(output: &Path, has_compression: bool, format: OutputFormat) -> anyhow::Result<()> {
+    let path = output.display();
+    if output.try_exists().with_context(|| path.to_string())? {
+        bail!(Usage(format!("{path}: it exists, and is not overwritten")));
     }
     let is_mcap = format == OutputFormat::Mcap;
-    if arguments.compression.is_some() && !is_mcap {
-        bail!(Usage(format!("{path}: --compression is for MCAP files alone")));
+    if has_compression && !is_mcap {
+        bail!(Usage(format!("{path}: --compression is for MCAP files only")));
     }
-    if arguments.output.extension().is_some_and(|extension| extension == "mcap") != is_mcap {
+    if output.extension().is_some_and(|extension| extension == "mcap") != is_mcap {
         bail!(Usage(format!("{path}: an MCAP file is FILE.mcap, a folder has another name")));
     }
     Ok(())

@@ -8,7 +8,7 @@ use dmp_draw::{DRIFT_HEADS, drift_compared, drift_in_words, drift_row, metres, p
 
 use crate::say::tell;
 
-/// Writes the report: what comes first, the runs, who is better, and the pairs where they are asked for.
+/// Writes the report: a summary, the runs, which is better, and perhaps the pairs.
 pub(super) fn report(
     out: &mut impl Write,
     report: &DriftReport,
@@ -31,7 +31,7 @@ pub(super) fn report(
     if verbose {
         for (number, run) in report.runs.iter().enumerate() {
             writeln!(out)?;
-            tell!(out, "{}: {}", run.name, "where it put the second visit, less where its surfaces are")?;
+            tell!(out, "{}: {}", run.name, "position of the second visit minus that of its surfaces")?;
             pairs(out, &report.visits, number)?;
         }
     }
@@ -50,11 +50,11 @@ pub(crate) fn runs(report: &DriftReport) -> Table {
 
 fn pairs(out: &mut impl Write, visits: &[VisitPairReport], run: usize) -> io::Result<()> {
     let mut table = Table::new([[Side::Right; 8].as_slice(), &[Side::Left]].concat());
-    table.row(["scan", "and", "way", "off", "along", "sideways", "up", "yaw", ""]);
+    table.row(["scan", "and", "path", "off", "along", "sideways", "up", "yaw", ""]);
     for visit in visits {
         let of_run = &visit.runs[run];
         let scans = [visit.first.scan, visit.second.scan].map(|scan| scan.to_string());
-        let way = format!("{} m", digits(visit.way_m));
+        let path = format!("{} m", digits(visit.way_m));
         let numbers = match &of_run.off {
             Some(Displacement { distance_m, along_m, sideways_m, up_m, yaw_deg, .. }) => {
                 let lengths = [distance_m, along_m, sideways_m, up_m]
@@ -64,7 +64,7 @@ fn pairs(out: &mut impl Write, visits: &[VisitPairReport], run: usize) -> io::Re
             None => vec![NONE.to_owned(); 5],
         };
         let why = of_run.why_not.clone().unwrap_or_default();
-        table.row([scans.as_slice(), &[way], &numbers, &[why]].concat());
+        table.row([scans.as_slice(), &[path], &numbers, &[why]].concat());
     }
     table.write(out, "  ")
 }

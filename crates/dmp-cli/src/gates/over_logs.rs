@@ -1,65 +1,66 @@
 //! Gates of a suite: what must hold of versions over several logs.
 
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
 
 use clap::Args;
 use dmp::{Outcome, SuitePairReport, SuiteReport};
 use toml::{Table, Value};
 
-use super::annotate::{Annotate, tell_failed};
-use super::check::GateReport;
+use super::check::{GateReport, check_name};
+use super::expect::{Bound, sides};
 use super::junit;
 use crate::exit::{Exit, Usage};
 use crate::host::Hosted;
-use crate::save::save_text;
 
-/// What must hold, and how it is told.
+/// What must hold.
 #[derive(Debug, Args)]
 pub(crate) struct SuiteGateArgs {
-    /// End with exit code 4 unless the version NAME is decided over all logs to be better than each of the others
-    #[arg(long, value_name = "NAME", help_heading = "Gates")]
-    expect_best: Option<String>,
-    /// End with exit code 4 if any version is decided over all logs to be better than the version NAME
-    #[arg(long, value_name = "NAME", help_heading = "Gates")]
-    expect_unbeaten: Vec<String>,
-    /// End with exit code 4 if the version NAME is worse than another one on more than N logs, or has no run there, or one that
-    /// was left out, while the other has
-    #[arg(long, value_name = "NAME=N", help_heading = "Gates")]
-    fail_worse_on: Vec<WorseOn>,
-    /// How failed gates are told on standard error: `github` writes `::error` lines, which GitHub Actions shows beside
-    /// the change
-    #[arg(long, value_name = "KIND", help_heading = "Gates")]
-    annotate: Option<Annotate>,
-    /// Also write the gates as a JUnit file, a test case for each, as CI servers read it
+    /// Exit with code 4 unless WHAT holds: `best:NAME`, `unbeaten:NAME`, `NAME:lost_logs<N`
+    ///
+    /// `best:NAME`: over all logs, the version NAME is decided to be better than every other. `unbeaten:NAME`: no version is
+    /// decided to be better over all logs. `NAME:lost_logs<N`: against each other version, NAME is worse on at most N logs;
+    /// a log counts too where NAME has no run, or an excluded one, and the other has a run. Where GITHUB_ACTIONS=true, failed
+    /// gates are printed as annotations of GitHub.
+    #[arg(long, value_name = "WHAT", help_heading = "Gates", value_parser = parse)]
+    expect: Vec<Expect>,
+    /// Also write the gates as a JUnit file, a test case for each
     #[arg(long, value_name = "FILE", help_heading = "Gates")]
     junit: Option<PathBuf>,
 }
 
-/// A version, and on how many logs it may be worse.
-#[derive(Debug, Clone, PartialEq, Eq)]
-struct WorseOn {
-    version: String,
-    logs: u64,
-}
-
-impl FromStr for WorseOn {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let parts = text.rsplit_once('=').filter(|(version, _)| !version.is_empty());
-        let parsed = parts.and_then(|(version, logs)| {
-            Some(Self { version: version.to_owned(), logs: logs.trim().parse().ok()? })
-        });
-        parsed.ok_or_else(|| format!("`{text}` is no version with a number of logs: try new=2"))
-    }
-}
-
+/// What must hold of a version.
 #[derive(Debug, Clone)]
-enum Asked {
-    Best(String),
-    Unbeaten(String),
-    WorseOn(WorseOn),
+struct Expect {
+    /// As it was typed.
+    text: String,
+    version: String,
+    what: What,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum What {
+    Best,
+    Unbeaten,
+    /// Worse than another version on no more logs.
+    LostLogs(u64),
+}
+
+fn parse(text: &str) -> Result<Expect, String> {
+    let of = |version: &str, what| Expect { text: text.to_owned(), version: version.to_owned(), what };
+    let lost = sides(text).and_then(|(name, bound, logs)| {
+        let version = name.strip_suffix(":lost_logs").filter(|name| !name.is_empty())?;
+        let logs = logs.parse().ok().filter(|_| bound == Bound::Most)?;
+        Some(of(version, What::LostLogs(logs)))
+    });
+    let gate = lost.or_else(|| match text.split_once(':')? {
+        (_, "") => None,
+        ("best", version) => Some(of(version, What::Best)),
+        ("unbeaten", version) => Some(of(version, What::Unbeaten)),
+        _ => None,
+    });
+    gate.ok_or_else(|| {
+        format!("`{text}` is no gate of a suite: try best:NAME, unbeaten:NAME or NAME:lost_logs<2")
+    })
 }
 
 impl SuiteGateArgs {
@@ -75,92 +76,56 @@ impl SuiteGateArgs {
         file: &Path,
         of_file: &Table,
     ) -> anyhow::Result<SuiteGates<'_>> {
-        let mut asked: Vec<Asked> = self.expect_best.iter().cloned().map(Asked::Best).collect();
-        asked.extend(self.expect_unbeaten.iter().cloned().map(Asked::Unbeaten));
-        asked.extend(self.fail_worse_on.iter().cloned().map(Asked::WorseOn));
+        let mut expect = self.expect.clone();
         for (key, value) in of_file {
             let wrong = |why| Usage(format!("{}: gates.{key} = {value}: {why}", file.display()));
-            asked.extend(in_file(key, value).map_err(wrong)?);
+            expect.extend(in_file(key, value).map_err(wrong)?);
         }
-        for gate in &asked {
-            let (Asked::Best(name) | Asked::Unbeaten(name) | Asked::WorseOn(WorseOn { version: name, .. })) =
-                gate;
-            if !versions.contains(name) {
-                let known = versions.join(", ");
-                return Err(Usage(format!(
-                    "{}: no version is called `{name}`; the versions are {known}",
-                    gate.text()
-                ))
-                .into());
-            }
-        }
+        let versions: Vec<&str> = versions.iter().map(String::as_str).collect();
+        expect.iter().try_for_each(|gate| check_name(&gate.text, "version", &gate.version, &versions))?;
         junit::check_folder(self.junit.as_deref())?;
-        Ok(SuiteGates { arguments: self, asked })
+        Ok(SuiteGates { expect, junit: self.junit.as_deref() })
     }
 }
 
-/// The gates that a key of the suite's file asks for.
-fn in_file(key: &str, value: &Value) -> Result<Vec<Asked>, String> {
-    let names = || -> Result<Vec<String>, String> {
-        let list = match value {
-            Value::Array(names) => names.as_slice(),
-            name => std::slice::from_ref(name),
-        };
-        let text = |name: &Value| name.as_str().map(str::to_owned).ok_or("the name of a version is expected");
-        Ok(list.iter().map(text).collect::<Result<_, _>>()?)
+/// The gates of the suite's file: `expect`, one of them or a list.
+fn in_file(key: &str, value: &Value) -> Result<Vec<Expect>, String> {
+    if key != "expect" {
+        return Err(
+            "the only key of gates is expect, as expect = [\"best:new\", \"new:lost_logs<2\"]".to_owned()
+        );
+    }
+    let list = match value {
+        Value::Array(gates) => gates.as_slice(),
+        gate => std::slice::from_ref(gate),
     };
-    match key {
-        "expect_best" => Ok(names()?.into_iter().map(Asked::Best).collect()),
-        "expect_unbeaten" => Ok(names()?.into_iter().map(Asked::Unbeaten).collect()),
-        "fail_worse_on" => {
-            let wrong = "numbers of logs by version are expected, as { new = 2 }";
-            let table = value.as_table().ok_or(wrong)?;
-            let gate = |(version, logs): (&String, &Value)| {
-                let logs = logs.as_integer().and_then(|logs| u64::try_from(logs).ok()).ok_or(wrong)?;
-                Ok(Asked::WorseOn(WorseOn { version: version.clone(), logs }))
-            };
-            table.iter().map(gate).collect()
-        }
-        _ => Err("the gates of a suite are expect_best, expect_unbeaten and fail_worse_on".to_owned()),
-    }
+    list.iter().map(|gate| parse(gate.as_str().ok_or("a gate is expected, as \"best:new\"")?)).collect()
 }
 
-impl Asked {
-    fn text(&self) -> String {
-        match self {
-            Self::Best(name) => format!("--expect-best {name}"),
-            Self::Unbeaten(name) => format!("--expect-unbeaten {name}"),
-            Self::WorseOn(WorseOn { version, logs }) => format!("--fail-worse-on {version}={logs}"),
-        }
-    }
-
+impl Expect {
     fn check(&self, report: &SuiteReport) -> Vec<GateReport> {
-        let (Self::Best(name) | Self::Unbeaten(name) | Self::WorseOn(WorseOn { version: name, .. })) = self;
+        let name = &self.version;
         let pairs = report.pairs.iter().filter(|pair| pair.a == *name || pair.b == *name);
         let check = |pair: &SuitePairReport| {
             let other = if pair.a == *name { &pair.b } else { &pair.a };
-            let (passed, reason, value, limit) = match self {
-                Self::Best(_) => {
-                    (pair.better.as_deref() == Some(name), over_logs(pair, name, other), None, None)
-                }
-                Self::Unbeaten(_) => {
-                    (pair.better.as_deref() != Some(other), over_logs(pair, name, other), None, None)
-                }
-                Self::WorseOn(WorseOn { logs: limit, .. }) => {
-                    let (count, reason) = worse_on(report, pair, name, other, *limit);
-                    (count <= *limit, reason, Some(count as f64), Some(*limit as f64))
+            let better = pair.better.as_deref();
+            let result = match self.what {
+                What::Best => GateReport { passed: better == Some(name), ..GateReport::default() },
+                What::Unbeaten => GateReport { passed: better != Some(other), ..GateReport::default() },
+                What::LostLogs(limit) => {
+                    let (count, reason) = worse_on(report, pair, name, other, limit);
+                    let (value, limit) = (Some(count as f64), Some(limit as f64));
+                    let passed = value <= limit;
+                    GateReport { value, limit, unit: Some("logs"), passed, reason, ..GateReport::default() }
                 }
             };
+            let reason = if result.value.is_some() { result.reason } else { over_logs(pair, name, other) };
             GateReport {
-                gate: self.text(),
+                gate: format!("--expect {}", self.text),
                 run: name.clone(),
                 against: Some(other.clone()),
-                score: None,
-                value,
-                limit,
-                unit: value.map(|_| "logs"),
-                passed,
                 reason,
+                ..result
             }
         };
         pairs.map(check).collect()
@@ -197,26 +162,22 @@ fn worse_on(
     (worse + lost, reason)
 }
 
-/// Gates that were understood.
+/// Gates for versions that are there.
 #[derive(Debug)]
 pub(crate) struct SuiteGates<'a> {
-    arguments: &'a SuiteGateArgs,
-    asked: Vec<Asked>,
+    expect: Vec<Expect>,
+    junit: Option<&'a Path>,
 }
 
 impl SuiteGates<'_> {
-    /// Every gate with what became of it: one for each pair that it speaks of.
+    /// Every gate with its result: one for each pair that it is about.
     pub(crate) fn check(&self, report: &SuiteReport) -> Vec<GateReport> {
-        self.asked.iter().flat_map(|gate| gate.check(report)).collect()
+        self.expect.iter().flat_map(|gate| gate.check(report)).collect()
     }
 
-    /// Tells of those that failed, and writes the JUnit file. `done` is how the command would end without gates.
+    /// Reports those that failed, and writes the JUnit file. `done` is how the command would end without gates.
     pub(crate) fn end(&self, host: &Hosted, gates: &[GateReport], done: Exit) -> anyhow::Result<Exit> {
-        tell_failed(host, self.arguments.annotate, gates);
-        if let Some(file) = &self.arguments.junit {
-            save_text(file, &junit::document("dmp suite", 0.0, gates))?;
-        }
-        Ok(if gates.iter().all(|gate| gate.passed) { done } else { Exit::GateFailed })
+        super::end(host, gates, (self.junit, "dmp suite", 0.0), done)
     }
 }
 
@@ -247,53 +208,49 @@ mod tests {
         suite_report(&["truth".into(), "drift".into()], &logs, Confidence::P99)
     }
 
-    fn told(file: &str, report: &SuiteReport) -> Vec<String> {
-        let asked = toml::from_str::<Table>(file).unwrap();
-        let gates = asked.iter().flat_map(|(key, value)| in_file(key, value).unwrap());
-        let gates: Vec<GateReport> = gates.flat_map(|gate| gate.check(report)).collect();
-        gates.iter().map(|gate| format!("{} {gate}", if gate.passed { "passed" } else { "FAILED" })).collect()
+    #[test]
+    fn gates_over_all_logs_pass_and_fail() {
+        let few = "FAILED truth: against drift: too few logs: 8 needed, even if all of them agree, and 3 compare both";
+        for (what, (better, worse), expected) in [
+            ("best:truth", (9, 0), "passed truth: better than drift over all logs"),
+            ("unbeaten:truth", (9, 0), "passed truth: better than drift over all logs"),
+            ("unbeaten:drift", (9, 0), "FAILED drift: worse than truth over all logs"),
+            ("best:truth", (3, 0), few),
+            ("best:truth", (8, 2), "FAILED truth: undecided against drift over all logs"),
+            ("truth:lost_logs<2", (8, 2), "passed truth: worse than drift on 2 of 10 logs: no more than 2"),
+            // A log without a run counts.
+            (
+                "drift:lost_logs<=2",
+                (2, 8),
+                "FAILED drift: worse than truth on 2 of 10 logs, without a run on 1: more than 2",
+            ),
+        ] {
+            let gates = parse(what).unwrap().check(&report(better, worse));
+            let word = if gates[0].passed { "passed" } else { "FAILED" };
+            assert_eq!(format!("{word} {}", gates[0]), format!("{expected} (--expect {what})"));
+            assert_eq!(gates.len(), 1);
+        }
     }
 
     #[test]
-    fn verdicts_over_all_logs_pass_and_fail() {
-        let all = "expect_best = \"truth\"\nexpect_unbeaten = [\"truth\", \"drift\"]";
-        let expected = [
-            "passed truth: better than drift over all logs (--expect-best truth)",
-            "passed truth: better than drift over all logs (--expect-unbeaten truth)",
-            "FAILED drift: worse than truth over all logs (--expect-unbeaten drift)",
-        ];
-        assert_eq!(told(all, &report(9, 0)), expected);
-        let few = "FAILED truth: against drift: too few logs: 8 needed, even if all of them agree, and 3 compare both \
-                   (--expect-best truth)";
-        assert_eq!(told("expect_best = \"truth\"", &report(3, 0)), [few]);
-        assert_eq!(
-            told("expect_best = \"truth\"", &report(8, 2)),
-            ["FAILED truth: undecided against drift over all logs (--expect-best truth)"]
-        );
-    }
-
-    #[test]
-    fn logs_without_a_run_count_as_lost() {
-        let expected =
-            ["passed truth: worse than drift on 2 of 10 logs: no more than 2 (--fail-worse-on truth=2)"];
-        assert_eq!(told("fail_worse_on = { truth = 2 }", &report(8, 2)), expected);
-        let expected = [
-            "FAILED drift: worse than truth on 2 of 10 logs, without a run on 1: more than 2 (--fail-worse-on drift=2)",
-        ];
-        assert_eq!(told("fail_worse_on = { drift = 2 }", &report(2, 8)), expected);
-    }
-
-    #[test]
-    fn gates_that_are_none_are_refused() {
-        assert_eq!("a=b=3".parse(), Ok(WorseOn { version: "a=b".into(), logs: 3 }));
-        assert!(["new", "=3", "new=", "new=-1"].iter().all(|text| text.parse::<WorseOn>().is_err()));
-        let refused = |text: &str| {
-            let table = toml::from_str::<Table>(text).unwrap();
-            table.iter().find_map(|(key, value)| in_file(key, value).err()).unwrap()
-        };
-        assert!(refused("fail_above = 3").starts_with("the gates of a suite are "));
-        assert!(refused("fail_worse_on = 3").contains("as { new = 2 }"));
-        assert!(refused("fail_worse_on = { new = -1 }").contains("as { new = 2 }"));
-        assert!(refused("expect_best = 3").contains("name of a version"));
+    fn gates_that_are_none_are_rejected() {
+        let gate = parse("a:b<c:lost_logs<3").unwrap();
+        assert_eq!((gate.version.as_str(), gate.what), ("a:b<c", What::LostLogs(3)));
+        for text in ["new", "best:", ":lost_logs<1", "new:lost_logs<", "new:lost_logs<-1", "new:lost_logs>1"]
+        {
+            assert!(parse(text).unwrap_err().contains("try best:NAME"), "{text}");
+        }
+        for (file, error) in [
+            ("expect_best = \"new\"", "the only key of gates is expect"),
+            ("expect = 3", "a gate is expected"),
+            ("expect = [\"better:new\"]", "`better:new` is no gate of a suite"),
+        ] {
+            let table = toml::from_str::<Table>(file).unwrap();
+            let found = table.iter().find_map(|(key, value)| in_file(key, value).err()).unwrap();
+            assert!(found.starts_with(error), "{found}");
+        }
+        let table = toml::from_str::<Table>("expect = [\"best:new\", \"old:lost_logs<2\"]").unwrap();
+        let gates: Vec<Expect> = table.iter().flat_map(|(k, v)| in_file(k, v).unwrap()).collect();
+        assert_eq!(gates.len(), 2);
     }
 }

@@ -1,110 +1,74 @@
-//! The scores that a gate can speak of.
+//! The scores that a gate can speak of: every column, each at every truncation of drives and rooms.
 
-use dmp::{Basis, RunReport};
+use dmp::{Column, ColumnUnit, RunReport, Scales, columns_by_rank};
 use dmp_draw::text::{percent, plain_digits};
 
-/// A score of a run, as the table shows it.
-#[derive(Debug)]
+/// A column, at one of its truncations.
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Score {
-    /// As it is typed.
-    pub(super) name: &'static str,
-    /// As it is told.
-    pub(super) title: &'static str,
-    pub(super) unit: Unit,
-    value: Value,
+    pub(super) column: &'static Column,
+    scale_m: Option<f64>,
 }
 
-/// Where a score stands in a report.
-#[derive(Debug)]
-enum Value {
-    /// Among the scores at several truncations.
-    Truncated(Basis),
-    /// By itself.
-    Single(fn(&RunReport) -> Option<f64>),
+impl PartialEq for Score {
+    fn eq(&self, other: &Self) -> bool {
+        self.name() == other.name()
+    }
 }
-
-/// What a score is measured in.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Unit {
-    /// A root mean square, metres: never more than this.
-    Root(f64),
-    /// A mean square, m².
-    Square,
-    /// A share of all returns.
-    Share,
-}
-
-const fn root(name: &'static str, title: &'static str, basis: Basis, most_m: f64) -> Score {
-    Score { name, title, unit: Unit::Root(most_m), value: Value::Truncated(basis) }
-}
-
-const fn share(name: &'static str, value: fn(&RunReport) -> Option<f64>) -> Score {
-    Score { name, title: name, unit: Unit::Share, value: Value::Single(value) }
-}
-
-const CV: Basis = Basis::CrossValidated;
-const NEAR: Basis = Basis::Near;
-
-const SCORES: [Score; 17] = [
-    root("R_cv_10", "R_cv 10 m", CV, 10.0),
-    root("R_cv_2", "R_cv 2 m", CV, 2.0),
-    root("R_cv_1", "R_cv 1 m", CV, 1.0),
-    root("R_cv_0.5", "R_cv 0.5 m", CV, 0.5),
-    root("R_cv_0.2", "R_cv 0.2 m", CV, 0.2),
-    root("R_cv_0.05", "R_cv 0.05 m", CV, 0.05),
-    root("R_cv_0.02", "R_cv 0.02 m", CV, 0.02),
-    root("R_near_5", "R_near 5 m", NEAR, 5.0),
-    root("R_near_2", "R_near 2 m", NEAR, 2.0),
-    root("R_near_0.5", "R_near 0.5 m", NEAR, 0.5),
-    root("R_near_0.2", "R_near 0.2 m", NEAR, 0.2),
-    root("R_near_0.05", "R_near 0.05 m", NEAR, 0.05),
-    Score { name: "DMP", title: "DMP mean", unit: Unit::Square, value: Value::Single(|run| run.dmp_mean_m2) },
-    share("miss", |run| run.miss_rate),
-    share("blocked", |run| run.blocked_rate),
-    share("coverage", |run| run.coverage),
-    share("revisit", |run| run.coverage_revisit),
-];
-
-/// A family of scores by itself is its largest scale on a drive.
-const SHORT: [(&str, &str); 2] = [("R_cv", "R_cv_10"), ("R_near", "R_near_5")];
 
 impl Score {
-    /// The score that is called so, in whatever case.
-    pub(super) fn find(name: &str) -> Option<&'static Self> {
-        let long =
-            SHORT.iter().find(|(short, _)| short.eq_ignore_ascii_case(name)).map_or(name, |(_, long)| long);
-        SCORES.iter().find(|score| score.name.eq_ignore_ascii_case(long))
+    /// The columns in the order of tables, the largest truncation first.
+    fn all() -> Vec<Self> {
+        let of = |column: &'static Column| {
+            let of_kind = |scales| column.truncations_m(scales).iter().copied();
+            let mut all: Vec<f64> = of_kind(Scales::Drive).chain(of_kind(Scales::Room)).collect();
+            all.sort_by(|a, b| b.total_cmp(a));
+            all.dedup();
+            let scales_m = if all.is_empty() { vec![None] } else { all.into_iter().map(Some).collect() };
+            scales_m.into_iter().map(move |scale_m| Self { column, scale_m })
+        };
+        columns_by_rank().into_iter().flat_map(of).collect()
+    }
+
+    /// The score that is called so, in whatever case. A column by itself is its largest truncation.
+    pub(super) fn find(name: &str) -> Option<Self> {
+        let is_called = |score: &Self| {
+            score.name().eq_ignore_ascii_case(name) || score.column.name.eq_ignore_ascii_case(name)
+        };
+        Self::all().into_iter().find(is_called)
+    }
+
+    /// As it is typed: `R_cv_0.5`.
+    pub(super) fn name(&self) -> String {
+        let name = self.column.name.replace(' ', "_");
+        self.scale_m.map_or(name.clone(), |scale_m| format!("{name}_{scale_m}"))
+    }
+
+    /// As it is printed: `R_cv 0.5 m`, `DMP mean`.
+    pub(super) fn title(&self) -> String {
+        let detail = self.scale_m.map_or(self.column.detail.to_owned(), |scale_m| format!("{scale_m} m"));
+        format!("{} {detail}", self.column.name).trim_end().to_owned()
     }
 
     /// All names.
     pub(super) fn names() -> String {
-        SCORES.map(|score| score.name).join(", ")
+        Self::all().iter().map(Self::name).collect::<Vec<_>>().join(", ")
     }
 
     /// The score of a run in its unit, or why there is none.
     pub(super) fn of(&self, run: &RunReport) -> Result<f64, String> {
-        let value = match self.value {
-            Value::Single(value) => value(run),
-            Value::Truncated(basis) => {
-                let (scores, scale_m) = (run.scores(basis), self.unit.most());
-                if scores.iter().all(|(there_m, _)| there_m != scale_m) {
-                    let there: Vec<String> = scores.iter().map(|(there_m, _)| there_m.to_string()).collect();
-                    return Err(format!("the result has none at {scale_m} m, but at {} m", there.join(", ")));
-                }
-                scores.at(scale_m).map(|square_m2| square_m2.max(0.0).sqrt())
-            }
-        };
-        value.ok_or_else(|| match (&run.r_cv_withheld, &self.value) {
-            (Some(why), Value::Truncated(Basis::CrossValidated)) => why.to_string(),
-            _ if run.returns > 0 && run.coverage.is_none() => "the map was given".to_owned(),
-            _ => "no return tells".to_owned(),
-        })
+        let there_m = self.column.truncations_of(run);
+        if let Some(scale_m) = self.scale_m.filter(|scale_m| !there_m.contains(scale_m)) {
+            let there: Vec<String> = there_m.iter().map(f64::to_string).collect();
+            return Err(format!("the result has none at {scale_m} m, but at {} m", there.join(", ")));
+        }
+        self.column.value(run, self.scale_m).ok_or_else(|| self.column.why_none(run))
     }
 
     /// A value of this score for a person: metres, centimetres or millimetres, as in the table.
     pub(super) fn show(&self, value: f64) -> String {
-        match self.unit {
-            Unit::Share => format!("{} %", percent(value)),
+        match self.column.unit {
+            ColumnUnit::Share => format!("{} %", percent(value)),
             _ => self.with_unit(value, plain_digits),
         }
     }
@@ -115,32 +79,25 @@ impl Score {
     }
 
     fn with_unit(&self, value: f64, digits: fn(f64) -> String) -> String {
-        match self.unit {
-            Unit::Root(most_m) if most_m < 0.1 => format!("{} mm", digits(1000.0 * value)),
-            Unit::Root(most_m) if most_m < 2.0 => format!("{} cm", digits(100.0 * value)),
-            Unit::Root(_) => format!("{} m", digits(value)),
-            Unit::Square => format!("{} m²", digits(value)),
-            Unit::Share => format!("{} %", digits(100.0 * value)),
-        }
+        let (unit, factor) = self.column.shown_in(self.scale_m);
+        format!("{} {unit}", digits(factor * value))
     }
-}
 
-impl Unit {
-    /// As JSON has it.
-    pub(super) fn name(self) -> &'static str {
-        match self {
-            Self::Root(_) => "m",
-            Self::Square => "m2",
-            Self::Share => "share",
+    /// Its unit, as the JSON has it.
+    pub(super) fn unit(&self) -> &'static str {
+        match self.column.unit {
+            ColumnUnit::Root => "m",
+            ColumnUnit::Square => "m2",
+            ColumnUnit::Share => "share",
         }
     }
 
-    /// What no score goes beyond.
-    pub(super) fn most(self) -> f64 {
-        match self {
-            Self::Root(most_m) => most_m,
-            Self::Square => f64::INFINITY,
-            Self::Share => 1.0,
+    /// What no score is above.
+    pub(super) fn most(&self) -> f64 {
+        match self.column.unit {
+            ColumnUnit::Root => self.scale_m.unwrap_or(f64::INFINITY),
+            ColumnUnit::Square => f64::INFINITY,
+            ColumnUnit::Share => 1.0,
         }
     }
 }

@@ -98,7 +98,7 @@ pub(super) struct Scans {
     pub(super) same_stamp: usize,
     /// Whether checksums guard all points.
     pub(super) has_checksums: bool,
-    /// What was guessed or left aside.
+    /// What was guessed or ignored.
     pub(super) notes: Vec<String>,
 }
 
@@ -157,9 +157,9 @@ pub(super) struct TrajectoryInfo {
     pub(super) pairing: Pairing,
     /// Scans stamped within the trajectory; line by line: scans that have a line.
     pub(super) scans_within: usize,
-    /// Poses that were put in order of time.
+    /// Poses that were sorted by time.
     pub(super) out_of_order: usize,
-    /// Repeated poses that were left out.
+    /// Repeated poses that were excluded.
     pub(super) repeated: usize,
     pub(super) notes: Vec<String>,
 }
@@ -310,7 +310,6 @@ fn spread(mut values: Vec<u64>) -> Option<Spread> {
     Some(Spread { min: *values.first()?, median: values[values.len() / 2], max: *values.last()? })
 }
 
-/// Scans with the stamp of another, those that have it first not counted.
 /// Where stamps jump, in words.
 fn jumps(frames: &[FrameInfo]) -> Vec<String> {
     let stamps: Vec<(usize, i64)> =
@@ -321,6 +320,7 @@ fn jumps(frames: &[FrameInfo]) -> Vec<String> {
     named.chain((more > 0).then(|| format!("stamps jump at {} more places", count(more as u64)))).collect()
 }
 
+/// Scans with the stamp of another, those that have it first not counted.
 fn same_stamp(frames: &[FrameInfo]) -> usize {
     let mut stamps_ns: Vec<i64> = frames.iter().filter_map(|frame| frame.stamp_ns).collect();
     let stamped = stamps_ns.len();

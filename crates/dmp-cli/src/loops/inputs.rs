@@ -1,5 +1,8 @@
 //! What is read before anything is computed.
 
+use std::path::Path;
+
+use dmp::Config;
 use dmp_draw::text::{count, counted};
 use dmp_log::{
     Candidate, KeyframeTimes, LoopLabels, PoseGraphFile, ScanLog, SkippedCandidate, StaticFrames,
@@ -8,13 +11,13 @@ use dmp_log::{
 use dmp_loops::OptimiseOptions;
 use dmp_sensor::{Isometry3, PoseGraph, Trajectory};
 
-use super::args::LoopsArgs;
-use super::weights::Weights;
+use super::weights::{GivenWeights, Weights};
 use crate::common::Common;
 use crate::exit::Usage;
 use crate::extrinsic;
 use crate::loaded_run::LoadedRun;
-use crate::log_args::LogHead;
+use crate::log_input::{LogHead, LogInput};
+use crate::options::{Asked, graph, input};
 use crate::say::say;
 use crate::score::announce;
 
@@ -36,60 +39,54 @@ pub(super) struct Inputs {
 }
 
 impl Inputs {
-    /// What is short comes first, so that a mistake in it is told before a long log is read.
-    pub(super) fn read(arguments: &LoopsArgs, common: &Common) -> anyhow::Result<Self> {
+    /// What is short comes first, so that a mistake in it is reported before a long log is read.
+    pub(super) fn read(asked: &Asked, config: &Config, common: &Common) -> anyhow::Result<Self> {
+        let (graph_path, candidates_path) = (asked.need(&graph::GRAPH)?, asked.need(&graph::CANDIDATES)?);
+        let given = GivenWeights::of(asked);
         let note = |text: String| {
             if !common.quiet {
                 say!(common.host, "note: {text}");
             }
         };
-        let file = read_pose_graph(&arguments.graph)?;
-        tell_others(&file, arguments, &note);
+        let file = read_pose_graph(&graph_path)?;
+        note_others(&file, &graph_path, &note);
         file.graph
             .check_connected(&[])
-            .map_err(|error| anyhow::anyhow!("{}: {error}", arguments.graph.display()))?;
-        let weights = arguments.weights.of(file.has_information);
+            .map_err(|error| anyhow::anyhow!("{}: {error}", graph_path.display()))?;
+        let weights = given.weights(file.has_information);
         if weights.is_guessed {
             let (step, of_loop) =
                 (weights.step_error.unwrap_or_default(), weights.loop_error.unwrap_or_default());
             note(format!(
-                "{}: its edges do not say how good they are; steps are taken to be good to {} m and {} rad, loops to {:.2} m and \
-                 {:.2} rad, and candidates that do not say it either: --step-error and --loop-error say otherwise",
-                arguments.graph.display(),
+                "{}: its edges have no information matrices; assumed standard deviations: steps {} m and {} rad, loops and \
+                 candidates {:.2} m and {:.2} rad (--step-error, --loop-error)",
+                graph_path.display(),
                 step.0,
                 step.1,
                 of_loop.0,
                 of_loop.1
             ));
         }
-        // Where it is told how good loops are, candidates need not say it.
+        // Where the error of loops is given, candidates need no information matrices.
         let has_information = file.has_information && weights.loop_error.is_none();
         let read =
-            read_loop_candidates(&arguments.candidates, &PoseGraphFile { has_information, ..file.clone() })?;
-        let weigh =
-            |one: Candidate| Candidate { edge: arguments.weights.of_candidate(&one.edge, &weights), ..one };
+            read_loop_candidates(&candidates_path, &PoseGraphFile { has_information, ..file.clone() })?;
+        let weigh = |one: Candidate| Candidate { edge: given.of_candidate(&one.edge, &weights), ..one };
+        let shown = candidates_path.display();
         let candidates: Vec<Candidate> = read.candidates.into_iter().map(weigh).collect();
         for skipped in read.skipped.iter().take(MOST_NAMED) {
-            note(format!(
-                "{}: {}: skipped: {}",
-                arguments.candidates.display(),
-                skipped.place,
-                skipped.fault
-            ));
+            note(format!("{shown}: {}: skipped: {}", skipped.place, skipped.fault));
         }
         if let more @ 1.. = read.skipped.len().saturating_sub(MOST_NAMED) {
-            note(format!(
-                "{}: {} more candidates are skipped",
-                arguments.candidates.display(),
-                count(more as u64)
-            ));
+            note(format!("{shown}: {} more candidates are skipped", count(more as u64)));
         }
         if candidates.is_empty() {
             let all = counted(read.skipped.len() as u64, "candidate");
-            anyhow::bail!("{}: none of {all} can be tried", arguments.candidates.display());
+            anyhow::bail!("{shown}: none of {all} can be tried");
         }
-        let labels = arguments.truth.as_deref().map(read_loop_labels).transpose()?;
-        if let (Some(path), Some(labels)) = (&arguments.truth, &labels) {
+        let truth = asked.get(&graph::LABELS);
+        let labels = truth.as_deref().map(read_loop_labels).transpose()?;
+        if let (Some(path), Some(labels)) = (&truth, &labels) {
             // No two candidates have one pair of vertices.
             let labelled = |one: &&Candidate| labels.of(one.edge.from, one.edge.to).is_some();
             let strange = labels.labels.len() - candidates.iter().filter(labelled).count();
@@ -101,20 +98,18 @@ impl Inputs {
                 ));
             }
         }
-        let stamps_ns = match &arguments.keyframes {
+        let stamps_ns = match asked.get(&input::KEYFRAMES) {
             None => None,
             Some(path) => {
-                let times: KeyframeTimes = read_keyframe_times_in(path, arguments.time_unit)?;
-                times.notes.iter().for_each(|told| note(format!("{}: {told}", path.display())));
+                let times: KeyframeTimes = read_keyframe_times_in(&path, asked.get(&input::TIME_UNIT))?;
+                times.notes.iter().for_each(|text| note(format!("{}: {text}", path.display())));
                 let of_vertices = times.of_vertices(file.graph.ids());
                 Some(of_vertices.map_err(|fault| anyhow::anyhow!("{}: {fault}", path.display()))?)
             }
         };
         let options = OptimiseOptions { loop_kernel: weights.kernel, ..OptimiseOptions::default() };
-        let log = match &arguments.log {
-            None => None,
-            Some(path) => Some(arguments.open(path)?),
-        };
+        let log = asked.get(&graph::LOG_OF_GRAPH).map(|path| LogInput::at(path, asked).open(config.threads));
+        let log = log.transpose()?;
         let graph = weights.of_graph(&file.graph)?;
         Ok(Self { graph, candidates, skipped: read.skipped, labels, stamps_ns, weights, options, log })
     }
@@ -126,17 +121,18 @@ impl Inputs {
     }
 }
 
-/// Where the sensor sits on the body whose poses the graph has; tells it and what the log is.
+/// Where the sensor sits on the body whose poses the graph has; prints that, and what the log is.
 pub(super) fn body_from_sensor(
-    arguments: &LoopsArgs,
+    asked: &Asked,
     trajectory: Trajectory,
     log: &dyn ScanLog,
     common: &Common,
 ) -> anyhow::Result<Isometry3<f64>> {
+    let path = asked.need(&graph::GRAPH)?;
     let run = LoadedRun {
         name: "graph".to_owned(),
-        given: arguments.graph.display().to_string(),
-        path: arguments.graph.clone(),
+        given: path.display().to_string(),
+        path,
         format: "g2o",
         trajectory,
         out_of_order: 0,
@@ -152,7 +148,7 @@ pub(super) fn body_from_sensor(
     if !common.quiet {
         announce::found(&common.host, head, &runs);
     }
-    let found = extrinsic::of_runs(&arguments.scans.place.extrinsic, &runs, head)?;
+    let found = extrinsic::of_runs(asked, &runs, head)?;
     if !common.quiet {
         announce::extrinsics(&common.host, &runs, &found);
     }
@@ -160,17 +156,17 @@ pub(super) fn body_from_sensor(
     Ok(first.transform)
 }
 
-fn tell_others(file: &PoseGraphFile, arguments: &LoopsArgs, note: &dyn Fn(String)) {
-    let graph = arguments.graph.display();
+fn note_others(file: &PoseGraphFile, graph: &Path, note: &dyn Fn(String)) {
+    let graph = graph.display();
     for (tag, count) in file.other_records.iter().take(MOST_KINDS) {
-        note(format!("{graph}: {} `{tag}` passed over", counted(*count, "line")));
+        note(format!("{graph}: {} `{tag}` ignored", counted(*count, "line")));
     }
     let more: u64 = file.other_records.values().skip(MOST_KINDS).sum();
     if more > 0 {
         let kinds = counted((file.other_records.len() - MOST_KINDS) as u64, "other kind");
-        note(format!("{graph}: {} of {kinds} passed over", counted(more, "line")));
+        note(format!("{graph}: {} of {kinds} ignored", counted(more, "line")));
     }
     if file.repeated_vertices > 0 {
-        note(format!("{graph}: {} left out", counted(file.repeated_vertices as u64, "repeated vertex line")));
+        note(format!("{graph}: {} ignored", counted(file.repeated_vertices as u64, "repeated vertex line")));
     }
 }

@@ -6,45 +6,41 @@ use dmp_log::write_pose_graph;
 use dmp_loops::Keyframes;
 use dmp_sensor::Trajectory;
 
-use super::args::OutputArgs;
 use super::inputs::Inputs;
 use super::ranked::Ranked;
 use super::result::{LoopsResult, TruthResult};
+use crate::options::{Asked, graph};
 use crate::save::{save, save_text, save_trajectory};
 
-impl OutputArgs {
-    /// Writes what was asked for.
-    pub(super) fn write(
-        &self,
-        result: &LoopsResult,
-        inputs: &Inputs,
-        ranked: &Ranked,
-        keyframes: Option<&Keyframes>,
-    ) -> anyhow::Result<()> {
-        let drawn = match (&self.svg, &result.truth, &result.truth_withheld) {
-            (Some(path), Some(truth), _) => save_text(path, &curve(truth, result.config.ranked_by).to_svg()),
-            (Some(path), None, Some(why)) => {
-                Err(anyhow::anyhow!("{}: there is no curve: {why}", path.display()))
-            }
-            _ => Ok(()),
-        };
-        let Some(accepted) = &ranked.accepted else { return drawn };
-        if let Some(path) = &self.save_graph {
-            save(path, |out| write_pose_graph(out, &accepted.graph))?;
-        }
-        if let Some(path) = &self.save_trajectory {
-            let poses = accepted.graph.poses();
-            let trajectory = match (keyframes, &inputs.stamps_ns) {
-                (Some(keyframes), _) => keyframes.run("graph", poses)?.trajectory,
-                (None, Some(stamps)) => {
-                    Keyframes::at(stamps.clone(), poses.len())?.run("graph", poses)?.trajectory
-                }
-                (None, None) => Trajectory::unstamped(poses.to_vec())?,
-            };
-            save_trajectory(path, &trajectory)?;
-        }
-        drawn
+/// Writes the files.
+pub(super) fn write(
+    asked: &Asked,
+    result: &LoopsResult,
+    inputs: &Inputs,
+    ranked: &Ranked,
+    keyframes: Option<&Keyframes>,
+) -> anyhow::Result<()> {
+    let drawn = match (asked.get(&graph::CURVE), &result.truth, &result.truth_withheld) {
+        (Some(path), Some(truth), _) => save_text(&path, &curve(truth, result.config.ranked_by).to_svg()),
+        (Some(path), None, Some(why)) => Err(anyhow::anyhow!("{}: there is no curve: {why}", path.display())),
+        _ => Ok(()),
+    };
+    let Some(accepted) = &ranked.accepted else { return drawn };
+    if let Some(path) = asked.get(&graph::ACCEPTED_GRAPH) {
+        save(&path, |out| write_pose_graph(out, &accepted.graph))?;
     }
+    if let Some(path) = asked.get(&graph::ACCEPTED_POSES) {
+        let poses = accepted.graph.poses();
+        let trajectory = match (keyframes, &inputs.stamps_ns) {
+            (Some(keyframes), _) => keyframes.run("graph", poses)?.trajectory,
+            (None, Some(stamps)) => {
+                Keyframes::at(stamps.clone(), poses.len())?.run("graph", poses)?.trajectory
+            }
+            (None, None) => Trajectory::unstamped(poses.to_vec())?,
+        };
+        save_trajectory(&path, &trajectory)?;
+    }
+    drawn
 }
 
 /// Precision over recall, as in fig. 3 of Zhang & Chen 2021.

@@ -1,10 +1,9 @@
-//! What the measurements of a graph count.
+//! The weights of a graph's measurements.
 
-use clap::Args;
 use dmp_loops::Kernel;
 use dmp_sensor::{PoseEdge, PoseGraph, PoseGraphError};
 
-use crate::parse;
+use crate::options::{Asked, graph};
 
 /// Standard deviations that tools write into their code whose files have no information (SC-LIO-SAM, SC-A-LOAM, SC-DLO):
 /// of a step 1 cm and 1 mrad, of a loop the root of one half in metres and radians, with Cauchy's kernel.
@@ -12,25 +11,17 @@ const STEP: (f64, f64) = (0.01, 0.001);
 const LOOP: (f64, f64) = (std::f64::consts::FRAC_1_SQRT_2, std::f64::consts::FRAC_1_SQRT_2);
 const KERNEL: LoopKernel = LoopKernel(Some(Kernel::Cauchy(1.0)));
 
-#[derive(Debug, Args)]
-pub(super) struct WeightArgs {
-    /// How good steps are, edges between vertices whose ids follow each other: standard deviations of place and rotation,
-    /// e.g. 1cm,1mrad [default: what the file says; where it says nothing, 1cm,1mrad]
-    #[arg(long, value_name = "LENGTH,ANGLE", value_parser = parse::errors, help_heading = "Graph")]
+/// The weights that were given.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct GivenWeights {
     step_error: Option<(f64, f64)>,
-    /// How good loops and candidates are, e.g. 10cm,0.5deg [default: what the files say; where they say nothing,
-    /// 0.7m,40deg]
-    #[arg(long, value_name = "LENGTH,ANGLE", value_parser = parse::errors, help_heading = "Graph")]
     loop_error: Option<(f64, f64)>,
-    /// A robust kernel for the loops that the graph has already, never for a candidate: `none`, `cauchy:SCALE` or
-    /// `huber:SCALE` [default: none; cauchy:1 where the file says nothing of how good edges are]
-    #[arg(long, value_name = "KERNEL", help_heading = "Graph")]
     loop_kernel: Option<LoopKernel>,
 }
 
 /// `none`, or a kernel and its scale.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct LoopKernel(pub(super) Option<Kernel>);
+pub(crate) struct LoopKernel(Option<Kernel>);
 
 impl std::str::FromStr for LoopKernel {
     type Err = String;
@@ -50,17 +41,25 @@ impl std::str::FromStr for LoopKernel {
 /// What takes effect.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Weights {
-    /// Metres and radians; `None` for what the files say.
+    /// Metres and radians; `None`: those of the files.
     pub(super) step_error: Option<(f64, f64)>,
     pub(super) loop_error: Option<(f64, f64)>,
     pub(super) kernel: Option<Kernel>,
-    /// Whether it was given by nobody.
+    /// Whether it is assumed.
     pub(super) is_guessed: bool,
 }
 
-impl WeightArgs {
+impl GivenWeights {
+    pub(super) fn of(asked: &Asked) -> Self {
+        Self {
+            step_error: asked.get(&graph::STEP_ERROR),
+            loop_error: asked.get(&graph::LOOP_ERROR),
+            loop_kernel: asked.get(&graph::LOOP_KERNEL),
+        }
+    }
+
     /// For files with or without information.
-    pub(super) fn of(&self, has_information: bool) -> Weights {
+    pub(super) fn weights(&self, has_information: bool) -> Weights {
         let Self { step_error, loop_error, loop_kernel } = *self;
         if has_information {
             let kernel = loop_kernel.and_then(|kernel| kernel.0);
@@ -74,10 +73,10 @@ impl WeightArgs {
         }
     }
 
-    /// A candidate as good as was given, or as it says itself, or where neither is so as loops of the graph are taken to be.
+    /// A candidate with the given weight, else with its own, else with that of the graph's loops.
     pub(super) fn of_candidate(&self, edge: &PoseEdge, weights: &Weights) -> PoseEdge {
-        let says_nothing = edge.information == PoseGraph::unit_information();
-        weighted(edge, self.loop_error.or(weights.loop_error.filter(|_| says_nothing)))
+        let is_unweighted = edge.information == PoseGraph::unit_information();
+        weighted(edge, self.loop_error.or(weights.loop_error.filter(|_| is_unweighted)))
     }
 }
 
@@ -115,9 +114,9 @@ mod tests {
 
     use super::*;
 
-    const SAID: (f64, f64) = (0.3, 0.03);
+    const GIVEN: [Option<(f64, f64)>; 2] = [None, Some((0.1, 0.01))];
 
-    fn information((metres, radians): (f64, f64)) -> Matrix6<f64> {
+    fn of((metres, radians): (f64, f64)) -> Matrix6<f64> {
         PoseGraph::information_of(metres, radians)
     }
 
@@ -125,14 +124,14 @@ mod tests {
         PoseEdge { from, to, from_from_to: Isometry3::identity(), information: *information }
     }
 
-    fn arguments(step_error: Option<(f64, f64)>, loop_error: Option<(f64, f64)>) -> WeightArgs {
-        WeightArgs { step_error, loop_error, loop_kernel: None }
+    fn given(step_error: Option<(f64, f64)>, loop_error: Option<(f64, f64)>) -> GivenWeights {
+        GivenWeights { step_error, loop_error, loop_kernel: None }
     }
 
-    /// What each edge of a graph counts, whose ids have gaps: two steps, one of them backwards, and two loops.
-    fn of_edges(weights: &Weights, said: &Matrix6<f64>) -> [Matrix6<f64>; 4] {
+    /// The weight of each edge of a graph, whose ids have gaps: two steps, one of them backwards, and two loops.
+    fn of_edges(weights: &Weights, own: &Matrix6<f64>) -> [Matrix6<f64>; 4] {
         let vertices = [2, 5, 6, 9].map(|id| (id, Isometry3::identity())).into();
-        let edges = [(2, 5), (6, 5), (5, 9), (6, 2)].map(|(from, to)| edge(from, to, said));
+        let edges = [(2, 5), (6, 5), (5, 9), (6, 2)].map(|(from, to)| edge(from, to, own));
         let graph = PoseGraph::new(vertices, edges.to_vec(), BTreeSet::from([5])).unwrap();
         let weighted = weights.of_graph(&graph).unwrap();
         assert_eq!((weighted.ids(), weighted.poses()), (graph.ids(), graph.poses()));
@@ -143,31 +142,32 @@ mod tests {
     }
 
     #[test]
-    fn what_a_file_says_counts_but_where_it_is_said_otherwise() {
-        let said = information(SAID);
-        let (step, of_loop) = ((0.1, 0.01), (0.2, 0.02));
-        for (step_error, loop_error) in
-            [(None, None), (Some(step), None), (None, Some(of_loop)), (Some(step), Some(of_loop))]
-        {
-            let weights = arguments(step_error, loop_error).of(true);
-            let [steps, loops] = [step_error, loop_error].map(|error| error.map_or(said, information));
-            assert_eq!(of_edges(&weights, &said), [steps, steps, loops, loops]);
+    fn edges_have_the_given_weights_else_their_own_else_the_usual_ones() {
+        let (own, unit) = (of((0.3, 0.03)), PoseGraph::unit_information());
+        for (step, of_loop) in GIVEN.iter().flat_map(|step| GIVEN.map(|of_loop| (*step, of_loop))) {
+            let weights = given(step, of_loop).weights(true);
+            let [steps, loops] = [step, of_loop].map(|error| error.map_or(own, of));
+            assert_eq!(of_edges(&weights, &own), [steps, steps, loops, loops]);
             assert_eq!((weights.kernel, weights.is_guessed), (None, false));
-        }
-    }
 
-    #[test]
-    fn where_a_file_says_nothing_edges_are_as_good_as_tools_take_them() {
-        let nothing = PoseGraph::unit_information();
-        let given = (0.1, 0.01);
-        for (step_error, loop_error) in
-            [(None, None), (Some(given), None), (None, Some(given)), (Some(given), Some(given))]
-        {
-            let weights = arguments(step_error, loop_error).of(false);
-            let [steps, loops] = [step_error.unwrap_or(STEP), loop_error.unwrap_or(LOOP)].map(information);
-            assert_eq!(of_edges(&weights, &nothing), [steps, steps, loops, loops]);
-            assert_eq!(weights.is_guessed, step_error.is_none() || loop_error.is_none());
+            let weights = given(step, of_loop).weights(false);
+            let [steps, loops] = [step.unwrap_or(STEP), of_loop.unwrap_or(LOOP)].map(of);
+            assert_eq!(of_edges(&weights, &unit), [steps, steps, loops, loops]);
+            assert_eq!(weights.is_guessed, step.is_none() || of_loop.is_none());
             assert_eq!(weights.kernel, Some(Kernel::Cauchy(1.0)));
+        }
+        for (loop_error, has_information, of_candidate, expected) in [
+            (None, true, own, own),
+            (None, false, own, own),
+            (GIVEN[1], true, own, of((0.1, 0.01))),
+            (GIVEN[1], false, unit, of((0.1, 0.01))),
+            // As loops of a graph without weights, or unchanged.
+            (None, false, unit, of(LOOP)),
+            (None, true, unit, unit),
+        ] {
+            let (given, candidate) = (given(None, loop_error), edge(9, 2, &of_candidate));
+            let weighted = given.of_candidate(&candidate, &given.weights(has_information));
+            assert_eq!(weighted, PoseEdge { information: expected, ..candidate });
         }
     }
 
@@ -178,32 +178,11 @@ mod tests {
             ("huber:1.5", Some(Kernel::Huber(1.5))),
             ("cauchy:0.1", Some(Kernel::Cauchy(0.1))),
         ] {
-            let arguments = WeightArgs { loop_kernel: Some(text.parse().unwrap()), ..arguments(None, None) };
-            assert_eq!([true, false].map(|has| arguments.of(has).kernel), [kernel; 2]);
+            let given = GivenWeights { loop_kernel: Some(text.parse().unwrap()), ..given(None, None) };
+            assert_eq!([true, false].map(|has| given.weights(has).kernel), [kernel; 2]);
         }
         for text in ["", "huber", "none:1", "cauchy:0", "cauchy:-1", "huber:inf", "huber:NaN", "tukey:1"] {
             assert!(text.parse::<LoopKernel>().unwrap_err().starts_with(&format!("`{text}` is no kernel")));
         }
-    }
-
-    #[test]
-    fn a_candidate_keeps_what_it_says_itself() {
-        let given = (0.1, 0.01);
-        let (own, nothing) = (information(SAID), PoseGraph::unit_information());
-        let counts = |loop_error: Option<(f64, f64)>, has_information: bool, of_candidate: Matrix6<f64>| {
-            let arguments = arguments(None, loop_error);
-            let candidate = edge(9, 2, &of_candidate);
-            let weighted = arguments.of_candidate(&candidate, &arguments.of(has_information));
-            assert_eq!(PoseEdge { information: of_candidate, ..weighted.clone() }, candidate);
-            weighted.information
-        };
-        for has_information in [true, false] {
-            assert_eq!(counts(None, has_information, own), own);
-            assert_eq!(counts(Some(given), has_information, own), information(given));
-            assert_eq!(counts(Some(given), has_information, nothing), information(given));
-        }
-        // As loops of a graph that says nothing, or as it stands there.
-        assert_eq!(counts(None, false, nothing), information(LOOP));
-        assert_eq!(counts(None, true, nothing), nothing);
     }
 }

@@ -1,11 +1,10 @@
 //! `dmp map build`: a map from a log and a trajectory, a cloud or a mesh.
 
 use std::fs::{self, File};
-use std::io::Write;
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context as _;
-use clap::Args;
 use dmp::{Config, EvaluateError, MapSource, fuse_maps, map_of_cloud};
 use dmp_disk::{OutputFile, Unfinished, WorkFolder, folder_of, is_own_folder};
 use dmp_draw::text;
@@ -13,98 +12,79 @@ use dmp_map::Store;
 
 use crate::common::Common;
 use crate::exit::{Exit, Usage, one_line};
-use crate::log_args::LogArgs;
-use crate::named::NamedFile;
+use crate::log_input::LogInput;
+use crate::options::{Asked, Out, Spec, input, scoring, tools};
 use crate::progress::Progress;
 use crate::runs::{OpenedRuns, Runs};
 use crate::save::{may_be_file, take_folder};
 use crate::say::say;
-use crate::score::parse;
-use crate::settings::{ResumeArgs, SettingsArgs};
-use crate::trajectory_args::TrajectoryArgs;
 
-/// Build a map from a log and a trajectory, or from a cloud or a mesh
-///
-/// The map is the one that `dmp score` makes of the same run; `dmp score --map` takes it.
-#[derive(Debug, Args)]
-#[command(
-    override_usage = "dmp map build [OPTIONS] LOG -t RUN.tum -o MAP.dmpmap\n       dmp map build [OPTIONS] CLOUD -o MAP.dmpmap",
-    after_help = "Examples:\n  \
-    dmp map build drive.mcap -t run.tum -o run.dmpmap\n  \
-    dmp map build city.mcap -t run.tum -o city.dmpmap --resume\n  \
-    dmp map build survey.laz -o survey.dmpmap --voxel 0.3"
-)]
-pub(crate) struct BuildArgs {
-    /// The trajectory of a log: as for `dmp score`. Without one, LOG is a cloud or a mesh
-    #[arg(short = 't', long = "trajectory", value_name = "RUN", help_heading = "Input")]
-    trajectory: Option<NamedFile>,
-    #[command(flatten)]
-    reading: TrajectoryArgs,
-    /// The unit of a cloud or mesh: `auto` (what the file says, else metres), `m`, `ft` or `us-ft`
-    #[arg(long, value_name = "UNIT", default_value = "auto", help_heading = "Input")]
-    map_unit: parse::AutoUnit,
-    #[command(flatten)]
-    log: LogArgs,
-    #[command(flatten)]
-    settings: SettingsArgs,
-    #[command(flatten)]
-    resume: ResumeArgs,
-    /// The map to write, FILE.dmpmap
-    #[arg(short, long, value_name = "MAP", help_heading = "Output")]
-    output: PathBuf,
-}
+pub(super) static SPEC: Spec = Spec {
+    name: "build",
+    about: "Build a map from a log and a trajectory, or from a cloud or a mesh",
+    more: "The map is the one that `dmp score` makes of the same run. `dmp score --map` scores against it.",
+    usage: "dmp map build [OPTIONS] LOG -t RUN.tum -o MAP.dmpmap\n       dmp map build [OPTIONS] CLOUD -o MAP.dmpmap",
+    after: "Examples:\n  \
+            dmp map build drive.mcap -t run.tum -o run.dmpmap\n  \
+            dmp map build city.mcap -t run.tum -o city.dmpmap --resume\n  \
+            dmp map build survey.laz -o survey.dmpmap --voxel 0.3",
+    options: &[
+        &[&input::LOG, &tools::RUN_OF_MAP, &input::POSES_AS, &input::BETWEEN, &scoring::MAP_UNIT],
+        input::READING,
+        &[&input::EXTRINSIC, &input::MAX_TIME_GAP, &input::TIME_OFFSET, &input::POSE_AT],
+        scoring::MAPPING,
+        scoring::MEANS,
+        &[&scoring::RESUME, &tools::BUILT],
+    ],
+    run,
+    ..Spec::EMPTY
+};
 
-pub(super) fn run(arguments: &BuildArgs, common: &Common, out: &mut impl Write) -> anyhow::Result<Exit> {
-    let config = Config { map_unit: arguments.map_unit.0, ..arguments.settings.config() };
+fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::Result<Exit> {
+    let config = asked.config();
     config.check()?;
-    let (map, damaged) = match &arguments.trajectory {
-        Some(trajectory) => from_log(arguments, trajectory, &config, common)?,
-        None => (from_cloud(arguments, &config, common)?, false),
+    let (log, output) = (LogInput::of(asked)?, asked.need(&tools::BUILT)?);
+    let (map, damaged) = match asked.get(&tools::RUN_OF_MAP) {
+        Some(_) => from_log(asked, &log, &output, config, common)?,
+        None => (from_cloud(&log.path, &output, &config, common)?, false),
     };
     let tiles = text::counted(map.entries().count() as u64, "tile");
-    writeln!(out, "{}: {} in {tiles}", arguments.output.display(), text::counted(map.surfels(), "surfel"))?;
+    writeln!(out, "{}: {} in {tiles}", output.display(), text::counted(map.surfels(), "surfel"))?;
     Ok(if damaged { Exit::InputDamaged } else { Exit::Done })
 }
 
 fn from_log(
-    arguments: &BuildArgs,
-    trajectory: &NamedFile,
-    config: &Config,
+    asked: &Asked,
+    log: &LogInput,
+    output: &Path,
+    config: Config,
     common: &Common,
 ) -> anyhow::Result<(Store, bool)> {
-    let started = Runs::start(std::slice::from_ref(trajectory), &arguments.reading)?;
-    let OpenedRuns { log, runs, damaged } = OpenedRuns::open(
-        started,
-        [MapSource::Fused],
-        &arguments.log,
-        arguments.settings.poses(),
-        config.threads,
-        common,
-    )?;
-    let beside = Beside::new(&arguments.output)?;
-    let config =
-        arguments.resume.in_config(Config { save_maps: Some(beside.folder.clone()), ..config.clone() });
+    let started = Runs::start(asked)?;
+    let opened = OpenedRuns::open(started, [MapSource::Fused], log, asked, config.threads, common)?;
+    let OpenedRuns { log, runs, damaged } = opened;
+    let beside = Beside::new(output)?;
+    let config = Config { save_maps: Some(beside.folder.clone()), ..config };
     let progress = Progress::new(common);
     let maps = fuse_maps(log.as_ref(), &runs, &config, &progress)?;
     drop(progress);
     let made = maps.iter().next().map(|(_, map)| map.path().to_path_buf());
-    let map = Beside::give_place(&made.context("no map was made")?, &arguments.output)?;
-    say_if_empty(EvaluateError::if_empty(&arguments.output, &map, None, 0), common);
+    let map = Beside::give_place(&made.context("no map was made")?, output)?;
+    say_if_empty(EvaluateError::if_empty(output, &map, None, 0), common);
     Ok((map, damaged))
 }
 
-fn from_cloud(arguments: &BuildArgs, config: &Config, common: &Common) -> anyhow::Result<Store> {
-    let cloud = arguments.log.path();
+fn from_cloud(cloud: &Path, output: &Path, config: &Config, common: &Common) -> anyhow::Result<Store> {
     if cloud.is_dir() || cloud.extension().is_some_and(|e| e == "mcap" || e == "db3") {
         let problem = "it looks like a log: a map of it needs its trajectory, -t RUN.tum";
         return Err(Usage(format!("{}: {problem}", cloud.display())).into());
     }
-    let beside = Beside::new(&arguments.output)?;
+    let beside = Beside::new(output)?;
     let progress = Progress::new(common);
     let made = map_of_cloud(cloud, &beside.map(), config, &progress)?;
     drop(progress);
     if made.points_dropped > 0 && !common.quiet {
-        say!(common.host, "note: {} not finite, left out", text::counted(made.points_dropped, "point"));
+        say!(common.host, "note: {} not finite, excluded", text::counted(made.points_dropped, "point"));
     }
     let checked = EvaluateError::if_empty(cloud, &made.store, Some(made.thin_voxels), made.points_dropped);
     match (made.thin_voxels, made.sparse(), made.store.surfels()) {
@@ -115,7 +95,7 @@ fn from_cloud(arguments: &BuildArgs, config: &Config, common: &Common) -> anyhow
         }
         _ => say_if_empty(checked, common),
     }
-    Beside::give_place(made.store.path(), &arguments.output)
+    Beside::give_place(made.store.path(), output)
 }
 
 /// A map without a surfel is one that `dmp score` will refuse.
@@ -127,8 +107,7 @@ fn say_if_empty(checked: Result<(), EvaluateError>, common: &Common) {
 
 /// The folder beside its place in which a map is made; it goes when this is dropped, with whatever is in it.
 ///
-/// Its name is one of the map's: what a killed process left there is found, and the settings are the same when it is gone on
-/// with.
+/// Its name is one of the map's: what a killed process left there is found, and the settings are the same when it resumes.
 struct Beside {
     folder: PathBuf,
     _unfinished: Unfinished,
@@ -177,7 +156,7 @@ impl Beside {
 
 impl Drop for Beside {
     fn drop(&mut self) {
-        // What cannot be removed is taken up by the next build of the same map.
+        // What cannot be removed is found by the next build of the same map.
         let _ = fs::remove_dir_all(&self.folder);
     }
 }

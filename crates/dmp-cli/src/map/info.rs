@@ -1,31 +1,27 @@
 //! `dmp map info`: what a map holds.
 
 use std::io::Write;
-use std::path::PathBuf;
 
 use anyhow::Context as _;
-use clap::Args;
 use dmp_draw::text;
 use dmp_log::shown_path;
 use dmp_map::Store;
 use serde::Serialize;
 
+use crate::common::Common;
 use crate::exit::Exit;
-use crate::say::tell;
+use crate::options::{Asked, Out, Spec, output, tools};
+use crate::say::{self, tell};
 
-/// Tell what a map holds: extent, tiles, surfels, bytes, segments, what it was made of
-///
-/// Looks at the directory alone, whatever the size of the map; `dmp map verify` reads all of it.
-#[derive(Debug, Args)]
-#[command(after_help = "Example:\n  dmp map info maps/truth.dmpmap")]
-pub(crate) struct MapInfoArgs {
-    /// The map
-    #[arg(value_name = "MAP")]
-    map: PathBuf,
-    /// Print one JSON object (schema dmp-map-info/2)
-    #[arg(long, help_heading = "Output")]
-    json: bool,
-}
+pub(super) static SPEC: Spec = Spec {
+    name: "info",
+    about: "Print what a map holds: extent, tiles, surfels, bytes, segments, provenance",
+    more: "Reads only the directory, whatever the size of the map; `dmp map verify` reads all of it.",
+    after: "Example:\n  dmp map info maps/truth.dmpmap",
+    options: &[&[&tools::MAP, &output::JSON]],
+    run,
+    ..Spec::EMPTY
+};
 
 /// What `--json` prints.
 #[derive(Debug, Serialize)]
@@ -51,15 +47,14 @@ struct Info<'a> {
     segments: Option<[i32; 2]>,
 }
 
-pub(super) fn run(arguments: &MapInfoArgs, out: &mut impl Write) -> anyhow::Result<Exit> {
-    let map = Store::open(&arguments.map)?;
-    let bytes = std::fs::metadata(&arguments.map)
-        .with_context(|| format!("{}: cannot look at the file", arguments.map.display()))?
-        .len();
+fn run(asked: &Asked, _: &Common, out: &mut Out<'_>) -> anyhow::Result<Exit> {
+    let path = asked.need(&tools::MAP)?;
+    let map = Store::open(&path)?;
+    let found = std::fs::metadata(&path);
+    let bytes = found.with_context(|| format!("{}: cannot look at the file", path.display()))?.len();
     let info = Info::new(&map, bytes);
-    if arguments.json {
-        serde_json::to_writer_pretty(&mut *out, &info).map_err(std::io::Error::from)?;
-        writeln!(out)?;
+    if asked.has(&output::JSON) {
+        say::json(out, &info)?;
     } else {
         info.print(out)?;
     }
@@ -130,7 +125,7 @@ impl<'a> Info<'a> {
         }
         match self.segments {
             Some([first, last]) => writeln!(out, "segments   {first} to {last}")?,
-            None => writeln!(out, "segments   none known: returns cannot be told from those it was made of")?,
+            None => writeln!(out, "segments   none known: its own returns cannot be identified")?,
         }
         tell!(out, "made       {}", self.provenance)
     }

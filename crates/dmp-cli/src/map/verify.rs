@@ -1,34 +1,33 @@
 //! `dmp map verify`: whether a map is whole.
 
-use std::io::Write;
-use std::path::PathBuf;
+use std::io::Write as _;
 
-use clap::Args;
 use dmp_draw::text;
 use dmp_map::{Store, Tile, TileEntry, TileId};
 
 use crate::common::Common;
 use crate::exit::Exit;
+use crate::options::{Asked, Out, Spec, tools};
 use crate::progress::Progress;
 use crate::say::say;
 
-/// Read every byte of a map and check it: checksums, counts, bounds
-///
-/// Names every damaged tile; the exit code is 3 where there is one.
-#[derive(Debug, Args)]
-#[command(after_help = "Example:\n  dmp map verify maps/truth.dmpmap")]
-pub(crate) struct VerifyArgs {
-    /// The map
-    #[arg(value_name = "MAP")]
-    map: PathBuf,
-}
+pub(super) static SPEC: Spec = Spec {
+    name: "verify",
+    about: "Read every byte of a map and check it: checksums, counts, bounds",
+    more: "Names every damaged tile; the exit code is then 3.",
+    after: "Example:\n  dmp map verify maps/truth.dmpmap",
+    options: &[&[&tools::MAP]],
+    run,
+    ..Spec::EMPTY
+};
 
-pub(super) fn run(arguments: &VerifyArgs, common: &Common, out: &mut impl Write) -> anyhow::Result<Exit> {
-    let map = Store::open(&arguments.map)?;
+fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::Result<Exit> {
+    let path = asked.need(&tools::MAP)?;
+    let map = Store::open(&path)?;
     let mut tiles: Vec<TileId> = map.entries().map(|entry| entry.tile).collect();
     tiles.sort_unstable();
     let progress = Progress::new(common);
-    progress.tiles("checking", tiles.len() as u64);
+    progress.start("checking", "tiles", tiles.len() as u64);
     let (mut damaged, mut surfels) = (0u64, 0u64);
     for &id in &tiles {
         common.host.go_on()?;
@@ -37,12 +36,12 @@ pub(super) fn run(arguments: &VerifyArgs, common: &Common, out: &mut impl Write)
                 surfels += tile.own as u64;
                 map.entry(id)
                     .and_then(|entry| wrong_with(&map, entry, &tile))
-                    .map(|wrong| format!("{}: tile {id}: {wrong}", arguments.map.display()))
+                    .map(|wrong| format!("{}: tile {id}: {wrong}", path.display()))
             }
-            Ok(None) => Some(format!("{}: tile {id} is not there", arguments.map.display())),
+            Ok(None) => Some(format!("{}: tile {id} is not there", path.display())),
             Err(error) => Some(error.to_string()),
         };
-        progress.one_tile();
+        progress.done(1);
         if let Some(wrong) = wrong {
             damaged += 1;
             progress.suspend(|| say!(common.host, "error: {wrong}"));
@@ -54,7 +53,7 @@ pub(super) fn run(arguments: &VerifyArgs, common: &Common, out: &mut impl Write)
         return Ok(Exit::InputDamaged);
     }
     let (tiles, surfels) = (text::counted(tiles.len() as u64, "tile"), text::counted(surfels, "surfel"));
-    writeln!(out, "{}: {tiles}, {surfels}: sound", arguments.map.display())?;
+    writeln!(out, "{}: {tiles}, {surfels}: sound", path.display())?;
     Ok(Exit::Done)
 }
 
@@ -62,7 +61,7 @@ pub(super) fn run(arguments: &VerifyArgs, common: &Common, out: &mut impl Write)
 fn wrong_with(map: &Store, entry: &TileEntry, tile: &Tile) -> Option<String> {
     if tile.surfels.len() as u64 != entry.surfels() {
         return Some(format!(
-            "{} surfels, {} were told",
+            "{} surfels, {} in the directory",
             text::count(tile.surfels.len() as u64),
             text::count(entry.surfels())
         ));

@@ -1,35 +1,64 @@
-//! `dmp repair`: a run mended by what it sees itself where it comes back.
+//! `dmp repair`: repair a run using its own loop closures.
 
-mod args;
 mod render;
 mod result;
 
-use std::io::{self, Write};
-
 use dmp::{Config, DriftPairs, MapSource, Run, evaluate, measure_drift};
 use dmp_log::write_pose_graph;
-use dmp_loops::repair;
+use dmp_loops::{RepairOptions, repair};
 
 use crate::common::Common;
 use crate::exit::{Exit, when_printed};
+use crate::log_input::LogInput;
 use crate::loops::in_words;
+use crate::options::{Asked, Out, Spec, graph, input, output, scoring};
 use crate::progress::Progress;
 use crate::runs::{OpenedRuns, Runs};
 use crate::save::{SavedTogether, write_trajectory};
-pub(crate) use args::RepairArgs;
+use crate::say;
+use crate::vetting;
 use result::RepairResult;
 
-pub(crate) fn run(arguments: &RepairArgs, common: &Common, out: &mut impl Write) -> anyhow::Result<Exit> {
-    let started = Runs::start(std::slice::from_ref(&arguments.trajectory), &arguments.reading)?;
-    let time_offset_ns = arguments.clock.offset_of_all_ns();
-    let config = Config { time_offset_ns, ..arguments.resources.in_config(Config::default()) };
-    let config = arguments.place.in_config(config);
+pub(crate) static SPEC: Spec = Spec {
+    name: "repair",
+    about: "Repair a run using its own loop closures",
+    more: "Registers visits to the same places, as `dmp drift` does. The results become loops of a pose graph of the run. Loops \
+           that agree with each other and do not make the map worse are accepted, as by `dmp loops --accept`, and all poses \
+           are adjusted smoothly. Both runs are then measured and scored. Nothing is written if the run has no revisit, is \
+           within measurement error, or would not get better; a message says why.",
+    usage: "dmp repair [OPTIONS] LOG -t [NAME=]RUN.tum -o REPAIRED.tum",
+    after: "Examples:\n  \
+            dmp repair drive.mcap -t run.tum -o repaired.tum\n  \
+            dmp repair drive.mcap -t kiss=kiss_poses.npy --pose-at kiss=end -o repaired.tum --save-graph repaired.g2o\n  \
+            dmp repair city.mcap -t run.tum --pairs 100 -o repaired.tum --json > repair.json\n\n\
+            Exit codes: 0 done, also if there was nothing to repair; 1 failed; 2 wrong usage; 3 done, but part of the log was \
+            lost or damaged.",
+    options: &[
+        input::RUN_ON_LOG,
+        input::RANGES,
+        input::CHECKS,
+        &[&graph::PAIRS, &graph::ROUNDS],
+        scoring::MEANS,
+        &[&graph::REPAIRED, &graph::REPAIRED_GRAPH, &output::JSON],
+    ],
+    run,
+    ..Spec::EMPTY
+};
+
+fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::Result<Exit> {
+    let started = Runs::start(asked)?;
+    let repaired_to = asked.need(&graph::REPAIRED)?;
+    let config = asked.config();
     config.check()?;
-    let options = arguments.options();
-    let poses = (&arguments.place, &arguments.clock);
-    let opened =
-        OpenedRuns::open(started, [MapSource::Fused], &arguments.log, poses, config.threads, common)?;
-    let (opened, _) = arguments.conventions.vet(opened, &arguments.log, poses, &config, common)?;
+    let usual = RepairOptions::default();
+    let options = RepairOptions {
+        pairs: asked.get(&graph::PAIRS).unwrap_or(DriftPairs::All),
+        most_rounds: asked.get(&graph::ROUNDS).unwrap_or(usual.most_rounds),
+        ..usual
+    };
+    let log = LogInput::of(asked)?;
+    let opened = OpenedRuns::open(started, [MapSource::Fused], &log, asked, config.threads, common)?;
+    let (opened, _) = vetting::checked(opened, &log, asked, &config, common)?;
     let OpenedRuns { log, runs, damaged } = opened;
     let scales = config.scales_on(log.summary());
     let Some(run) = runs.first() else { anyhow::bail!("there is no run to repair") };
@@ -51,17 +80,16 @@ pub(crate) fn run(arguments: &RepairArgs, common: &Common, out: &mut impl Write)
     if let (true, Some(trajectory), Some(graph)) = (result.is_written, &repaired.trajectory, &repaired.graph)
     {
         let mut files = SavedTogether::default();
-        files.add(&arguments.output, |out| write_trajectory(out, trajectory))?;
-        if let Some(path) = &arguments.save_graph {
-            files.add(path, |out| write_pose_graph(out, graph))?;
+        files.add(&repaired_to, |out| write_trajectory(out, trajectory))?;
+        if let Some(path) = asked.get(&graph::REPAIRED_GRAPH) {
+            files.add(&path, |out| write_pose_graph(out, graph))?;
         }
         files.commit()?;
     }
-    let printed = if arguments.json {
-        let written = serde_json::to_writer_pretty(&mut *out, &result).map_err(io::Error::from);
-        written.and_then(|()| writeln!(out))
+    let printed = if asked.has(&output::JSON) {
+        say::json(out, &result)
     } else {
-        render::result(out, &result, recording, &arguments.output)
+        render::result(out, &result, recording, &repaired_to)
     };
     when_printed(printed.map_err(Into::into), if damaged { Exit::InputDamaged } else { Exit::Done })
 }

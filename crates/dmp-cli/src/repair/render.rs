@@ -18,7 +18,7 @@ pub(super) fn result(
     output: &Path,
 ) -> io::Result<()> {
     tell!(out, "{}", sentence(result, recording))?;
-    if let Some(round) = result.told_round() {
+    if let Some(round) = result.shown_round() {
         writeln!(out, "{}", loops(round, result.rounds.len()))?;
     }
     if let (Some(drift), Some(score)) = (&result.drift, &result.score) {
@@ -29,7 +29,7 @@ pub(super) fn result(
                 Verdict::Better { run, .. } => format!("{run} is better"),
                 Verdict::Mixed { run, .. } => format!("{run} is better on the whole"),
                 Verdict::Same => "both maps are the same".to_owned(),
-                Verdict::Undecided => "the scans cannot tell which map is better".to_owned(),
+                Verdict::Undecided => "the scans do not decide which map is better".to_owned(),
             };
             let at = pair.verdict.decided_at_m().map(|m| format!(", decided at {} {m} m", pair.basis));
             writeln!(out)?;
@@ -39,7 +39,7 @@ pub(super) fn result(
     if result.is_written {
         tell!(out, "{}: the repaired run", output.display())?;
     } else {
-        tell!(out, "The run is left as it is; {} is not written.", output.display())?;
+        tell!(out, "The run is not changed; {} is not written.", output.display())?;
     }
     Ok(())
 }
@@ -52,28 +52,29 @@ fn sentence(result: &RepairResult, recording: &str) -> String {
     let run = &result.run;
     match (result.outcome, &result.drift) {
         ("repaired", Some(drift)) => format!(
-            "Where the {recording} comes back, {run} was off by {} and is off by {} now.",
+            "At revisits of the {recording}, {run} was off by {} and is now off by {}.",
             median(&drift.before),
             median(&drift.after)
         ),
         ("worse", _) => format!("{run} repaired makes a worse map than {run}."),
         ("no revisit", _) => {
-            format!("The {recording} comes back to no place: there is nothing to repair a run by.")
-        },
+            format!("The {recording} has no revisit: there is nothing to repair a run by.")
+        }
         ("nothing measured", _) => {
-            "No two visits to a place could be brought onto each other: nothing is known of how far the run is off."
-                .to_owned()
+            "No two visits to a place could be registered: how far the run is off is unknown.".to_owned()
         }
         ("nothing to repair", _) => {
-            format!("Where the {recording} comes back, {run} is off by no more than can be told: there is nothing to repair.")
+            format!(
+                "At revisits, {run} is off by no more than the measurement error: there is nothing to repair."
+            )
         }
-        _ => format!("None of the loops that {run} was found to close makes its map better."),
+        _ => format!("None of the detected loops makes the map of {run} better."),
     }
 }
 
 impl RepairResult {
     /// The last round that put anything into the graph, or the last.
-    fn told_round(&self) -> Option<&RoundResult> {
+    fn shown_round(&self) -> Option<&RoundResult> {
         self.rounds.iter().rev().find(|round| round.accepted > 0).or(self.rounds.last())
     }
 }

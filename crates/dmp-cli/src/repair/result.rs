@@ -1,4 +1,4 @@
-//! What became of a run, as `dmp repair --json` tells it: schema `dmp-repair/1`, described in `docs/json.md`.
+//! The repair of a run, as `dmp repair --json` prints it: schema `dmp-repair/1`, described in `docs/json.md`.
 
 use dmp::{DriftComparison, DriftReport, PairReport, Report, Run, RunDrift, RunReport};
 use dmp_loops::{Outcome, Repair, Round};
@@ -65,7 +65,7 @@ impl RepairResult {
             schema: "dmp-repair/1",
             dmp_version: env!("CARGO_PKG_VERSION"),
             run: run.name.clone(),
-            outcome: told(repair.outcome),
+            outcome: in_words(repair.outcome),
             is_written: repair.trajectory.is_some(),
             rounds: repair.rounds.iter().map(round).collect(),
             drift: None,
@@ -92,7 +92,7 @@ impl RepairResult {
     }
 }
 
-fn told(outcome: Outcome) -> &'static str {
+fn in_words(outcome: Outcome) -> &'static str {
     match outcome {
         Outcome::Repaired => "repaired",
         Outcome::NoRevisit => "no revisit",

@@ -2,7 +2,7 @@
 
 use dmp::{Best, Report, ScaleReport, Verdict};
 use dmp_draw::text::NONE;
-use dmp_draw::{ToldPair, metres, metres_between};
+use dmp_draw::{OrderedPair, metres, metres_between};
 
 use crate::terminal::Tone;
 
@@ -26,25 +26,25 @@ pub(super) fn standing(report: &Report, first: &str, name: &str) -> Standing {
             _ => alone("first", None),
         };
     }
-    let Some(told) = ToldPair::of(report, first, name) else {
+    let Some(shown) = OrderedPair::of(report, first, name) else {
         return alone("not compared", Some(Tone::Open));
     };
     // Around a cycle the first may be worse.
-    let word = if told.first == first { "worse" } else { "better" };
-    match &told.pair.verdict {
+    let word = if shown.first == first { "worse" } else { "better" };
+    match &shown.pair.verdict {
         Verdict::Better { .. } => {
             let tone = if word == "worse" { Tone::Bad } else { Tone::Good };
-            decided(&told, word.to_owned(), tone)
+            decided(&shown, word.to_owned(), tone)
         }
-        Verdict::Mixed { .. } => decided(&told, format!("mixed, {word}"), Tone::Open),
+        Verdict::Mixed { .. } => decided(&shown, format!("mixed, {word}"), Tone::Open),
         Verdict::Same => alone("the same", None),
         Verdict::Undecided => alone("undecided", Some(Tone::Open)),
     }
 }
 
-fn decided(told: &ToldPair<'_>, word: String, tone: Tone) -> Standing {
-    let behind_m = |scale: &ScaleReport| told.rms_behind_m(scale);
-    let (text, interval_m) = match told.pair.decided_at().map(|scale| (scale, behind_m(scale))) {
+fn decided(shown: &OrderedPair<'_>, word: String, tone: Tone) -> Standing {
+    let behind_m = |scale: &ScaleReport| shown.rms_behind_m(scale);
+    let (text, interval_m) = match shown.pair.decided_at().map(|scale| (scale, behind_m(scale))) {
         Some((ScaleReport { scale_m, .. }, Some((by_m, interval_m)))) => {
             (format!("{word} by {} at {scale_m} m", metres(by_m)), interval_m)
         }

@@ -1,4 +1,4 @@
-//! What is told on standard error before and after scoring.
+//! Messages on standard error before and after scoring.
 
 use dmp::Report;
 use dmp_draw::text::{self, counted};
@@ -8,13 +8,13 @@ use dmp_sensor::Trajectory;
 use crate::extrinsic::BodyFromSensor;
 use crate::host::Hosted;
 use crate::loaded_run::LoadedRun;
-use crate::log_args::LogHead;
+use crate::log_input::LogHead;
 use crate::say::say;
 
 /// What was found: a line for the log, a line for what was guessed of it, a line for each run.
 pub(crate) fn found(host: &Hosted, log: LogHead<'_>, runs: &[LoadedRun]) {
-    let summary = log.summary();
-    say!(host, "{}: {}", summary.path.display(), log_in_words(summary, log.scans()));
+    let summary = log.summary;
+    say!(host, "{}: {}", summary.path.display(), log_in_words(summary, log.scans));
     let notes: Vec<&str> =
         summary.notes.iter().map(String::as_str).chain(summary.without_checksums()).collect();
     if !notes.is_empty() {
@@ -53,7 +53,7 @@ fn run_in_words(run: &LoadedRun, log: &LogSummary) -> String {
         parts.push(format!("{} out of order of time, sorted", counted(run.out_of_order as u64, "pose")));
     }
     if run.repeated > 0 {
-        parts.push(format!("{} left out", counted(run.repeated as u64, "repeated pose")));
+        parts.push(format!("{} excluded", counted(run.repeated as u64, "repeated pose")));
     }
     parts.extend(run.notes.iter().cloned());
     parts.join("; ")
@@ -70,7 +70,7 @@ fn log_in_words(summary: &LogSummary, scans: usize) -> String {
         _ => String::new(),
     };
     let scans = counted(scans as u64, "scan");
-    // An index does not tell.
+    // An index does not have their number.
     let returns = match summary.returns {
         0 => String::new(),
         returns => format!(", {}", counted(returns, "return")),
@@ -116,7 +116,7 @@ pub(crate) fn done(host: &Hosted, report: &Report) {
     if let Some(peak) = peak.filter(|&peak| peak > budget + budget / 10) {
         say!(
             host,
-            "note: {} of memory were needed, more than the {} of --memory: each run takes a part that cannot shrink",
+            "note: {} of memory were used, more than --memory {}: each run needs a minimum",
             text::bytes(peak),
             text::bytes(budget)
         );

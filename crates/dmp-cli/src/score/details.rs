@@ -58,10 +58,10 @@ fn scores(out: &mut impl Write, report: &Report, terminal: Terminal) -> io::Resu
     rows.push(("thin voxels".to_owned(), Box::new(thin)));
     rows.push(("tiles".to_owned(), Box::new(|run| count(run.map.tiles))));
     if report.free_space.is_some() {
-        let told = |surfels: Option<u64>| surfels.map_or(NONE.to_owned(), count);
-        let with_trails = move |run: &RunReport| told(run.map.surfels_with_trails);
+        let or_none = |surfels: Option<u64>| surfels.map_or(NONE.to_owned(), count);
+        let with_trails = move |run: &RunReport| or_none(run.map.surfels_with_trails);
         rows.push(("surfels with trails".to_owned(), Box::new(with_trails)));
-        rows.push(("  contradicted".to_owned(), Box::new(move |run| told(run.map.surfels_contradicted))));
+        rows.push(("  contradicted".to_owned(), Box::new(move |run| or_none(run.map.surfels_contradicted))));
     }
     let runs: Vec<&RunReport> = report.in_order().collect();
     let mut sides = vec![Side::Left];

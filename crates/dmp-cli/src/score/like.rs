@@ -8,26 +8,6 @@ use dmp_log::LogSummary;
 
 use crate::saved_result::read_result;
 
-/// The options whose values are those of the result.
-pub(super) const TAKEN: [&str; 16] = [
-    "confidence",
-    "decide",
-    "ego",
-    "every",
-    "free_space",
-    "max_range",
-    "min_range",
-    "miss_price",
-    "quick",
-    "same_within",
-    "sample",
-    "scales",
-    "seed",
-    "segment",
-    "sigma",
-    "voxel",
-];
-
 /// A result to be like.
 #[derive(Debug)]
 pub(crate) struct Like {
@@ -60,7 +40,7 @@ impl Like {
             );
         }
         let Some(miss_price) = MissPrice::new(was.miss_price) else {
-            bail!("{path}: config.miss_price is {}, no share from 0 to 1", was.miss_price);
+            bail!("{path}: config.miss_price is {}, not a share from 0 to 1", was.miss_price);
         };
         let asked = promise.asked().map_err(|problem| anyhow!("{path}: {problem}"))?;
         let Promise { confidence, margin: same_within } = asked;

@@ -2,15 +2,10 @@
 
 mod against;
 pub(crate) mod announce;
-pub(crate) mod conventions;
 mod details;
-pub(crate) mod evaluation_args;
-mod legend;
 mod like;
 pub(crate) mod outputs;
 mod pairs;
-pub(crate) mod parse;
-mod promise;
 mod quick;
 mod ranked;
 pub(crate) mod render;
@@ -19,71 +14,62 @@ mod sampling;
 use std::io::Write;
 use std::path::PathBuf;
 
-use clap::Args;
-use dmp::{Confidence, Config, Report, ShardPlan, evaluate, file_stem_of};
+use clap::{Args as _, FromArgMatches as _};
+use dmp::{Config, Report, evaluate};
 use serde::Serialize;
 
-use crate::clash::refuse_clashes;
 use crate::common::Common;
 use crate::exit::{Exit, when_printed};
 use crate::gates::{self, GateArgs, GateReport};
+use crate::log_input::LogInput;
 use crate::named::maps_of;
+use crate::options::{Asked, Out, Spec, input, output, scoring};
 use crate::runs::{OpenedRuns, Runs};
-use crate::save::OutputsFolder;
-use crate::settings::{ResourceArgs, ResumeArgs};
+use crate::say;
 use crate::terminal::Terminal;
-use evaluation_args::EvaluationArgs;
-use outputs::{OutputArgs, Recorder};
+use crate::vetting;
+pub(crate) use like::Like;
+use outputs::{Outputs, Recorder};
 
-/// Score runs on a log, and rank them
-///
-/// Fuses each run's map from the scans, casts every return into it and compares measured with predicted
-/// ranges. No ground truth is needed. The scores compare runs of one log under one setting, nothing else.
-#[derive(Debug, Args)]
-#[command(
-    override_usage = "dmp score [OPTIONS] LOG -t [NAME=]RUN.tum [-t [NAME=]RUN2.tum ...]",
-    after_help = "Examples:\n  \
-    dmp score drive.mcap -t runs/*.tum\n  \
-    dmp score drive.mcap -t old=a/traj.tum -t new=b/traj.tum --extrinsic 0,0,0.28,0,0,0,1\n  \
-    dmp score kitti/07/ -t poses.txt --every 5 --memory 2GiB\n  \
-    dmp score city.mcap -t run.tum --resume\n  \
-    dmp score city.mcap -t a.tum -t b.tum --quick\n  \
-    dmp score city.mcap -t a.tum -t b.tum --sample 2%\n  \
-    dmp score city.mcap -t a.tum -t b.tum -t c.tum --decide=a,b\n  \
-    dmp score drive.mcap -t run.tum --map survey.laz --json > scores.json\n  \
-    dmp score drive.mcap -t a.tum -t b.tum --residuals out.laz --per-frame frames.csv\n  \
-    dmp score drive.mcap -t a.tum -t b.tum --report out.html --view --scene out.mcap\n  \
-    dmp score drive.mcap -t topic:/odom -t slam=slam.mcap:/slam/path\n  \
-    dmp score drive.mcap -t kiss=kiss_poses.npy --pose-at kiss=end\n  \
-    dmp score drive.mcap -t old.tum -t new.tum --expect-unbeaten new --fail-above new:R_cv_0.5=15cm\n  \
-    dmp score drive.mcap -t a.tum -t b.tum --mend\n  \
-    dmp score drive.mcap -t today.tum --like monday.dmp --keep today.dmp\n\n\
-    Exit codes: 0 done; 1 failed; 2 wrong usage; 3 done, but part of the log was lost or damaged, or a run was left out; 4 done, but a gate \
-    failed, whether part of the log was lost or not."
-)]
-pub(crate) struct ScoreArgs {
-    #[command(flatten)]
-    asked: EvaluationArgs,
-    #[command(flatten)]
-    resume: ResumeArgs,
+pub(crate) static SPEC: Spec = Spec {
+    name: "score",
+    about: "Score runs on a log, and rank them",
+    more: "Fuses each run's map from the scans, casts every return into it and compares measured with predicted ranges. No \
+           ground truth is needed. Scores compare runs of one log under the same settings only.",
+    usage: "dmp score [OPTIONS] LOG -t [NAME=]RUN.tum [-t [NAME=]RUN2.tum ...]",
+    after: "Examples:\n  \
+            dmp score drive.mcap -t runs/*.tum\n  \
+            dmp score drive.mcap -t old=a/traj.tum -t new=b/traj.tum --extrinsic 0,0,0.28,0,0,0,1\n  \
+            dmp score kitti/07/ -t poses.txt --every 5 --memory 2GiB\n  \
+            dmp score city.mcap -t run.tum --resume\n  \
+            dmp score city.mcap -t a.tum -t b.tum --quick\n  \
+            dmp score city.mcap -t a.tum -t b.tum -t c.tum --decide=a,b\n  \
+            dmp score drive.mcap -t run.tum --map survey.laz --json > scores.json\n  \
+            dmp score drive.mcap -t a.tum -t b.tum --report out.html --scene out.mcap --per-frame frames.csv\n  \
+            dmp score drive.mcap -t topic:/odom -t slam=slam.mcap:/slam/path\n  \
+            dmp score drive.mcap -t kiss=kiss_poses.npy --pose-at kiss=end\n  \
+            dmp score drive.mcap -t old.tum -t new.tum --expect unbeaten:new --junit gates.xml\n  \
+            dmp score drive.mcap -t a.tum -t b.tum --mend\n  \
+            dmp score drive.mcap -t today.tum --like monday.dmp --keep today.dmp\n\n\
+            Exit codes: 0 done; 1 failed; 2 wrong usage; 3 done, but part of the log was lost or damaged, or a run was \
+            excluded; 4 done, but a gate failed.",
+    options: &[
+        input::RUNS_ON_LOG,
+        scoring::MAPPING,
+        scoring::EVALUATION,
+        &[&scoring::QUICK],
+        input::CHECKS,
+        scoring::MEANS,
+        &[&scoring::RESUME],
+        output::OF_SCORE,
+    ],
+    extend: GateArgs::augment_args,
+    has_short_help: true,
+    run,
+    ..Spec::EMPTY
+};
 
-    /// Print one JSON object (schema dmp-score/2) instead of tables
-    #[arg(long, help_heading = "Output")]
-    json: bool,
-    /// Also print every scale of every pair, all scores, where returns went, times and memory
-    #[arg(short, long, conflicts_with = "json", help_heading = "Output")]
-    verbose: bool,
-    /// Keep the fused maps in this folder, as NAME.dmpmap; it is made if need be
-    #[arg(long, value_name = "FOLDER", help_heading = "Output")]
-    save_maps: Option<PathBuf>,
-    #[command(flatten)]
-    outputs: OutputArgs,
-
-    #[command(flatten)]
-    gates: GateArgs,
-}
-
-/// The JSON: what was found, and what became of the gates.
+/// The JSON: what was found, and the results of the gates.
 #[derive(Debug, Serialize)]
 struct Scored<'a> {
     #[serde(flatten)]
@@ -91,55 +77,39 @@ struct Scored<'a> {
     gates: &'a [GateReport],
 }
 
-impl ScoreArgs {
-    fn config(&self) -> Config {
-        let per_tile = self.outputs.per_tile();
-        Config { save_maps: self.save_maps.clone(), per_tile, ..self.resume.in_config(self.asked.config()) }
-    }
-
-    /// How sure the verdicts are to be.
-    pub(crate) fn confidence(&self) -> Confidence {
-        self.config().confidence
-    }
-
-    /// Whether `dmp shard` does it, too.
-    pub(crate) fn is_in_parts(&self) -> bool {
-        let is_whole = self.asked.sampling.quick().is_some() || !self.asked.maps.is_empty();
-        !is_whole && ShardPlan::check_settings(&self.config()).is_ok()
-    }
-
-    /// The same, with these means.
-    pub(crate) fn with_resources(mut self, resources: &ResourceArgs) -> Self {
-        self.asked.settings.resources = resources.clone();
-        self
-    }
+/// The settings that were asked for, with those of a result to be like.
+pub(crate) fn config(asked: &Asked) -> anyhow::Result<(Config, Option<Like>)> {
+    let config = asked.config();
+    let like = asked.get(&input::LIKE).as_deref().map(Like::read).transpose()?;
+    let config = like.iter().try_fold(config, |config, like| like.settings(config))?;
+    config.check()?;
+    Ok((config, like))
 }
 
-pub(crate) fn run(arguments: &ScoreArgs, common: &Common, out: &mut impl Write) -> anyhow::Result<Exit> {
-    let asked = &arguments.asked;
-    let (config, like) = asked.like_in(arguments.config())?;
-    // What is short comes first, so that a mistake in it is told before a long log is read.
-    let started = Runs::start(&asked.files(), &asked.reading)?;
-    let maps = maps_of(&started.names(), &asked.maps)?;
-    let outputs = arguments.outputs.plan(&started.names(), &asked.inputs())?;
-    let gates = arguments.gates.start(&started.names())?;
-    let mut _taken = None;
-    if let Some(folder) = &arguments.save_maps {
-        _taken = Some(OutputsFolder::take(folder)?);
-        let names = started.names();
-        let of_run = |name: &&str| folder.join(format!("{}.dmpmap", file_stem_of(&names, name)));
-        refuse_clashes(&names.iter().map(of_run).collect::<Vec<_>>(), &asked.inputs())?;
-    }
-    let quick =
-        asked.sampling.quick().map(|share| quick::score(asked, &config, share, common)).transpose()?;
+/// Every file that is read, as it was named.
+fn inputs(asked: &Asked, log: &LogInput) -> Vec<PathBuf> {
+    let files = Runs::files(asked).into_iter().chain(asked.all(&input::MAPS)).map(|file| file.path);
+    std::iter::once(log.path.clone()).chain(files).chain(asked.get(&input::LIKE)).collect()
+}
+
+pub(crate) fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::Result<Exit> {
+    let (config, like) = config(asked)?;
+    let log = LogInput::of(asked)?;
+    // What is short comes first, so that a mistake in it is reported before a long log is read.
+    let started = Runs::start(asked)?;
+    let maps = maps_of(&started.names(), &asked.all(&input::MAPS))?;
+    let outputs = Outputs::of(asked, &started.names(), &inputs(asked, &log))?;
+    let gate_args = GateArgs::from_arg_matches(asked.matches())?;
+    let gates = gate_args.start(&started.names())?;
+    let quick = asked.get(&scoring::QUICK);
+    let quick = quick.map(|share| quick::score(asked, &log, &config, share, common)).transpose()?;
     let (report, damaged, recorded) = if let Some((report, damaged)) = quick.flatten() {
         (report, damaged, None)
     } else {
-        let opened =
-            OpenedRuns::open(started, maps, &asked.log, asked.settings.poses(), config.threads, common)?;
+        let opened = OpenedRuns::open(started, maps, &log, asked, config.threads, common)?;
         like.iter().try_for_each(|like| like.check_log(opened.log.summary()))?;
-        let (OpenedRuns { log, runs, damaged }, vetted) =
-            asked.conventions.vet(opened, &asked.log, asked.settings.poses(), &config, common)?;
+        let (opened, vetted) = vetting::checked(opened, &log, asked, &config, common)?;
+        let OpenedRuns { log, runs, damaged } = opened;
         let (settings, means) = config.on(log.summary())?;
         let outputs = match &vetted {
             Some(vetted) => outputs.of_runs(&vetted.is_kept()),
@@ -147,15 +117,15 @@ pub(crate) fn run(arguments: &ScoreArgs, common: &Common, out: &mut impl Write) 
         };
         let recorder = Recorder::new(outputs, log.as_ref(), &runs, (&settings, &means), common)?;
         let evaluated = evaluate(log.as_ref(), &runs, &config, (&recorder, &recorder));
-        let evaluated = evaluated.map(|report| conventions::told(report, vetted.as_ref()));
+        let evaluated = evaluated.map(|report| vetting::reported(report, vetted.as_ref()));
         let (report, recorded) = recorder.end(evaluated)?;
         (report, damaged, Some(recorded))
     };
     let checked = gates.check(&report);
     let remarks = gates::failures(&checked);
-    let written = match (recorded, &arguments.outputs.report) {
+    let written = match (recorded, asked.get(&output::REPORT)) {
         (Some(recorded), _) => recorded.write(&report, &remarks, common.quiet),
-        (None, Some(path)) => outputs::page::write(path, &report, None, None, &remarks).map(drop),
+        (None, Some(path)) => outputs::page::write(&path, &report, None, None, &remarks).map(drop),
         (None, None) => Ok(()),
     };
     // Before the output, which somebody may stop reading.
@@ -166,13 +136,12 @@ pub(crate) fn run(arguments: &ScoreArgs, common: &Common, out: &mut impl Write) 
         &checked,
         if incomplete { Exit::InputDamaged } else { Exit::Done },
     )?;
-    let printed = print(out, &report, &checked, (arguments.json, arguments.verbose), common.terminal);
-    // Scores are told also where files cannot be written.
+    let printed = print(out, &report, &checked, asked, common.terminal);
+    // Scores are printed also where files cannot be written.
     written?;
     if !common.quiet {
         announce::done(&common.host, &report);
     }
-    arguments.outputs.view.open(arguments.outputs.report.as_deref(), &common.host);
     when_printed(printed, exit)
 }
 
@@ -181,15 +150,14 @@ pub(crate) fn print(
     out: &mut impl Write,
     report: &Report,
     gates: &[GateReport],
-    (json, verbose): (bool, bool),
+    asked: &Asked,
     terminal: Terminal,
 ) -> anyhow::Result<()> {
-    if json {
-        serde_json::to_writer_pretty(&mut *out, &Scored { report, gates }).map_err(std::io::Error::from)?;
-        return Ok(writeln!(out)?);
+    if asked.has(&output::JSON) {
+        return Ok(say::json(out, &Scored { report, gates })?);
     }
-    render::report(out, report, verbose, terminal)?;
+    render::report(out, report, asked.has(&output::VERBOSE), terminal)?;
     gates::table(out, gates, terminal)?;
-    // Before what is said when all is done.
+    // Before the messages at the end.
     Ok(out.flush()?)
 }

@@ -4,19 +4,19 @@ use std::io::{self, Write};
 
 use dmp::{Reach, Report, ScaleReport, Scales, Verdict};
 use dmp_draw::text::{self, NONE, Side, Table, count, digits};
-use dmp_draw::{ToldPair, every_pair};
+use dmp_draw::{OrderedPair, every_pair};
 
 use super::sampling;
 use crate::terminal::Terminal;
 
-/// Writes what is to be said of the pairs with the first run that are not simply decided: together where it is the same.
+/// Writes remarks on the pairs with the first run that are not simply decided; equal ones together.
 pub(super) fn remarks(out: &mut impl Write, report: &Report, terminal: Terminal) -> io::Result<()> {
     let mut all: Vec<(&str, Vec<&str>, String)> = Vec::new();
-    for told in of_first(report) {
-        let Some(remark) = remark(report, &told) else { continue };
-        match all.iter_mut().find(|(first, _, other)| *first == told.first && *other == remark) {
-            Some((_, seconds, _)) => seconds.push(told.second),
-            None => all.push((told.first, vec![told.second], remark)),
+    for shown in of_first(report) {
+        let Some(remark) = remark(report, &shown) else { continue };
+        match all.iter_mut().find(|(first, _, other)| *first == shown.first && *other == remark) {
+            Some((_, seconds, _)) => seconds.push(shown.second),
+            None => all.push((shown.first, vec![shown.second], remark)),
         }
     }
     for (first, seconds, remark) in all {
@@ -25,19 +25,19 @@ pub(super) fn remarks(out: &mut impl Write, report: &Report, terminal: Terminal)
     Ok(())
 }
 
-/// How many pairs are not told by how the runs stand to the first.
+/// How many pairs are not among those with the first run.
 pub(super) fn others(report: &Report) -> usize {
     report.pairs.len() - of_first(report).count()
 }
 
-fn of_first(report: &Report) -> impl Iterator<Item = ToldPair<'_>> {
+fn of_first(report: &Report) -> impl Iterator<Item = OrderedPair<'_>> {
     let first = report.order.first();
     let others = report.order.iter().skip(1);
-    others.filter_map(move |other| ToldPair::of(report, first?, other))
+    others.filter_map(move |other| OrderedPair::of(report, first?, other))
 }
 
-fn remark(report: &Report, told: &ToldPair<'_>) -> Option<String> {
-    let pair = told.pair;
+fn remark(report: &Report, shown: &OrderedPair<'_>) -> Option<String> {
+    let pair = shown.pair;
     match pair.verdict {
         Verdict::Better { is_same: true, .. } => {
             Some("the difference is too small to matter (--same-within)".to_owned())
@@ -55,14 +55,14 @@ pub(super) fn all(out: &mut impl Write, report: &Report, terminal: Terminal) -> 
     sides.resize(6, Side::Right);
     let mut table = Table::new(sides);
     table.row(["", "1st, m", "2nd, m", "1st² − 2nd²", "interval, m²", "returns"]);
-    for told in &pairs {
-        for scale in &told.pair.scales {
-            let roots = told.means_m2(scale).map(|mean_m2| or_none(mean_m2.map(f64::sqrt), digits));
-            let interval = or_none(told.interval_m2(scale), |[low, high]| {
+    for shown in &pairs {
+        for scale in &shown.pair.scales {
+            let roots = shown.means_m2(scale).map(|mean_m2| or_none(mean_m2.map(f64::sqrt), digits));
+            let interval = or_none(shown.interval_m2(scale), |[low, high]| {
                 format!("{} to {}", digits(low), digits(high))
             });
-            let difference = or_none(told.difference_m2(scale), digits);
-            let at = format!("  {} {} m", told.pair.basis, scale.scale_m);
+            let difference = or_none(shown.difference_m2(scale), digits);
+            let at = format!("  {} {} m", shown.pair.basis, scale.scale_m);
             table.row([[at].as_slice(), &roots, &[difference, interval, count(scale.returns)]].concat());
         }
     }
@@ -74,17 +74,17 @@ pub(super) fn all(out: &mut impl Write, report: &Report, terminal: Terminal) -> 
     terminal.tell(out, "", &heading)?;
     let mut lines = table.lines().into_iter();
     lines.by_ref().take(1).try_for_each(|head| writeln!(out, "{head}"))?;
-    for told in &pairs {
-        let verdict = match (&told.pair.verdict, told.pair.decided_at()) {
+    for shown in &pairs {
+        let verdict = match (&shown.pair.verdict, shown.pair.decided_at()) {
             (Verdict::Better { .. }, Some(ScaleReport { scale_m, .. })) => {
-                let remark = remark(report, told).map_or(String::new(), |remark| format!("; {remark}"));
-                let (basis, reach) = (told.pair.basis, reach(*scale_m, scales));
+                let remark = remark(report, shown).map_or(String::new(), |remark| format!("; {remark}"));
+                let (basis, reach) = (shown.pair.basis, reach(*scale_m, scales));
                 format!("better, decided at {basis} {scale_m} m: {reach}{remark}")
             }
-            _ => remark(report, told).unwrap_or_default(),
+            _ => remark(report, shown).unwrap_or_default(),
         };
-        terminal.tell(out, "", &format!("{} against {}: {verdict}", told.first, told.second))?;
-        lines.by_ref().take(told.pair.scales.len()).try_for_each(|line| writeln!(out, "{line}"))?;
+        terminal.tell(out, "", &format!("{} against {}: {verdict}", shown.first, shown.second))?;
+        lines.by_ref().take(shown.pair.scales.len()).try_for_each(|line| writeln!(out, "{line}"))?;
     }
     Ok(())
 }
@@ -111,12 +111,12 @@ mod tests {
     #[test]
     fn pairs_look_alike_whichever_way_they_are_kept() {
         let mut report = example_reports::three_runs();
-        let told = |report: &Report| {
+        let shown = |report: &Report| {
             let mut text = Vec::new();
             all(&mut text, report, Terminal::default()).unwrap();
             String::from_utf8(text).unwrap()
         };
-        let before = told(&report);
+        let before = shown(&report);
         for pair in &mut report.pairs {
             std::mem::swap(&mut pair.a, &mut pair.b);
             for scale in &mut pair.scales {
@@ -125,6 +125,6 @@ mod tests {
                 scale.interval_m2 = scale.interval_m2.map(|[low, high]| [-high, -low]);
             }
         }
-        assert_eq!(told(&report), before);
+        assert_eq!(shown(&report), before);
     }
 }

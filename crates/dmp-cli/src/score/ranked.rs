@@ -4,7 +4,7 @@ use std::io::{self, Write};
 
 use dmp::Report;
 use dmp_draw::text::{self, Side, Table, shortened, width_of};
-use dmp_draw::{Ranking, ScoreColumn, ranking};
+use dmp_draw::{Ranking, ranking};
 
 use super::against::{Standing, standing};
 use super::sampling;
@@ -16,9 +16,8 @@ const HEAD: usize = 3;
 const GAP: usize = 2;
 /// Names are no shorter, however narrow a terminal is.
 const NAME: usize = 12;
-/// The columns that may be left out, those that are wanted most first. The first score is never left out.
-const WANTED: [&str; 9] =
-    ["R_cv", "coverage", "revisit", "interval", "R_near", "DMP", "DMP depth", "miss", "blocked"];
+/// The rank of the interval among the columns of scores: see [`dmp::Column::rank`].
+const INTERVAL_RANK: u8 = 3;
 
 /// A column: what it is called, its head and its cells.
 #[derive(Debug)]
@@ -28,29 +27,27 @@ struct Column {
     title: String,
     side: Side,
     cells: Vec<String>,
-    /// How many columns go before it where there is no room for all; the first are always there.
-    after: usize,
+    /// Where there is no room for all columns, the largest are not shown; `None` is always shown.
+    rank: Option<u8>,
 }
 
 impl Column {
     fn new(name: &'static str, side: Side, cells: Vec<String>) -> Self {
         let cells = [name, "", ""].map(str::to_owned).into_iter().chain(cells).collect();
-        let after = WANTED.iter().position(|wanted| *wanted == name).map_or(0, |place| place + 1);
-        Self { name, title: name.to_owned(), side, cells, after }
+        Self { name, title: name.to_owned(), side, cells, rank: None }
     }
 
     fn of_score(ranking: &Ranking<'_>, k: usize) -> Self {
-        let column: &ScoreColumn = &ranking.columns[k];
+        let score = &ranking.columns[k];
         let cells = ranking.rows.iter().map(|row| row.cells[k].clone()).collect();
-        let mut made = Self::new(column.name, Side::Right, cells);
-        made.cells[1] = column.scale_m.map_or(column.detail.to_owned(), |scale_m| format!("{scale_m} m"));
-        column.unit.clone_into(&mut made.cells[2]);
-        if column.scale_m.is_some() {
-            made.title = column.title();
+        let mut made = Self::new(score.column.name, Side::Right, cells);
+        made.cells[1] = score.detail();
+        score.unit().clone_into(&mut made.cells[2]);
+        if score.scale_m.is_some() {
+            made.title = score.title();
         }
-        if k == 0 {
-            made.after = 0;
-        }
+        // The first score is always shown.
+        made.rank = (k > 0).then_some(score.column.rank);
         made
     }
 
@@ -85,7 +82,8 @@ impl<'a> Ranked<'a> {
             let text = standings.iter().map(|standing| standing.text.clone()).collect();
             columns.push(Column::new("verdict", Side::Left, text));
             let intervals = standings.iter().map(|standing| standing.interval.clone()).collect();
-            columns.push(Column::new("interval", Side::Right, intervals));
+            let interval = Column::new("interval", Side::Right, intervals);
+            columns.push(Column { rank: Some(INTERVAL_RANK), ..interval });
         }
         for k in 0..ranking.columns.len() {
             columns.push(Column::of_score(&ranking, k));
@@ -107,7 +105,7 @@ impl<'a> Ranked<'a> {
             self.block(block).iter().try_for_each(|line| writeln!(out, "{line}"))?;
         }
         for run in &self.report.left_out {
-            self.terminal.tell(out, "–  ", &format!("{}  left out", run.name))?;
+            self.terminal.tell(out, "–  ", &format!("{}  excluded", run.name))?;
         }
         if all && self.has_short_names {
             writeln!(out)?;
@@ -142,7 +140,7 @@ impl<'a> Ranked<'a> {
     }
 
     /// What there is no room for.
-    pub(super) fn left_out(&self) -> Vec<String> {
+    pub(super) fn hidden(&self) -> Vec<String> {
         let hidden = self.blocks.iter().skip(1).flat_map(|block| &block[GIVEN..]);
         let mut titles: Vec<String> = hidden.map(|&column| self.columns[column].title.clone()).collect();
         if self.has_short_names {
@@ -170,7 +168,9 @@ fn width_of_all<'a>(columns: impl Iterator<Item = &'a Column>) -> usize {
 
 /// Shortens names so that there is room for what is never left out and for the scores that rank; whether any was too long.
 fn shorten(columns: &mut [Column], width: usize) -> bool {
-    let needed = width_of_all(columns.iter().filter(|column| column.after <= 1 && column.name != "run"));
+    let needed = width_of_all(
+        columns.iter().filter(|column| column.rank.is_none_or(|rank| rank == 0) && column.name != "run"),
+    );
     let room = width.saturating_sub(needed + GAP).max(NAME);
     let names = columns.iter_mut().filter(|column| column.name == "run").flat_map(|column| &mut column.cells);
     let mut has_short = false;
@@ -186,8 +186,8 @@ fn shorten(columns: &mut [Column], width: usize) -> bool {
 fn blocks(columns: &[Column], width: usize) -> Vec<Vec<usize>> {
     let fits = |block: &[usize]| width_of_all(block.iter().map(|&column| &columns[column])) <= width;
     let mut wanted: Vec<usize> = (0..columns.len()).collect();
-    wanted.sort_by_key(|&column| columns[column].after);
-    let always = columns.iter().filter(|column| column.after == 0).count();
+    wanted.sort_by_key(|&column| columns[column].rank);
+    let always = columns.iter().filter(|column| column.rank.is_none()).count();
     let count = (always..=wanted.len()).take_while(|&count| count == always || fits(&wanted[..count])).last();
     let mut rest = wanted.split_off(count.unwrap_or(always));
     wanted.sort_unstable();

@@ -4,9 +4,8 @@ use std::io::{self, Write};
 
 use dmp::{DriftReport, FreeSpaceReport, Report};
 use dmp_draw::text::{self, counted, percent, shortened};
-use dmp_draw::{answer, drift_beside_scores, drift_in_words, pairs_in_words, promise};
+use dmp_draw::{answer, drift_beside_scores, drift_in_words, legend, pairs_in_words, promise};
 
-use super::legend::legend;
 use super::ranked::Ranked;
 use super::{details, pairs, sampling};
 use crate::terminal::{Terminal, Tone};
@@ -14,7 +13,7 @@ use crate::terminal::{Terminal, Tone};
 /// Columns of a name in the answer.
 const NAME: usize = 40;
 
-/// Writes the report: the answer, the runs, what is to be said of them, what went in.
+/// Writes the report: the answer, the runs, drift, warnings, what went in.
 pub(crate) fn report(
     out: &mut impl Write,
     report: &Report,
@@ -47,15 +46,17 @@ fn runs(out: &mut impl Write, report: &Report, verbose: bool, terminal: Terminal
     let table = Ranked::new(report, terminal);
     table.write(out, verbose)?;
     writeln!(out)?;
-    for (term, meaning) in legend(report, &table.names(verbose)) {
-        terminal.tell(out, &format!("{term:<8}  "), &meaning)?;
+    let legend = legend(report, &table.names(verbose));
+    let width = legend.iter().fold(8, |width, (term, _)| width.max(term.len()));
+    for (term, meaning) in legend {
+        terminal.tell(out, &format!("{term:<width$}  "), &meaning)?;
     }
     if verbose {
         return Ok(());
     }
     let mut remarks = Vec::new();
     pairs::remarks(&mut remarks, report, terminal)?;
-    let mut more = table.left_out();
+    let mut more = table.hidden();
     let others = pairs::others(report) as u64;
     if others > 0 {
         more.insert(0, counted(others, "more pair"));
@@ -69,7 +70,7 @@ fn runs(out: &mut impl Write, report: &Report, verbose: bool, terminal: Terminal
     out.write_all(&remarks)
 }
 
-/// How far the runs are off where they come back, in metres.
+/// The drift of the runs at revisits, in metres.
 fn drift_of_runs(
     out: &mut impl Write,
     report: &Report,
@@ -93,7 +94,7 @@ fn what_went_in(report: &Report) -> Vec<String> {
     let mut lines = vec![settings(report)];
     lines.extend(report.inputs.without_checksums().map(|note| format!("log: {note}")));
     lines.extend(sampling::in_words(&report.sampling));
-    lines.extend(report.free_space.as_ref().map(left_out));
+    lines.extend(report.free_space.as_ref().map(trails));
     for run in &report.inputs.runs {
         lines.extend(run.map_notes.iter().map(|note| format!("map of {}: {note}", run.name)));
     }
@@ -124,11 +125,11 @@ fn settings(report: &Report) -> String {
     )
 }
 
-/// What was kept out of the maps, and by whose word.
-fn left_out(free_space: &FreeSpaceReport) -> String {
+/// What was excluded from the maps, and which runs detected it.
+fn trails(free_space: &FreeSpaceReport) -> String {
     let share = free_space.returns_left_out as f64 / free_space.returns_fused.max(1) as f64;
     format!(
-        "in no map: {} ({} %) on trails, which rays pass through in {}",
+        "excluded as trails: {} ({} %), detected by {}",
         counted(free_space.returns_left_out, "return"),
         percent(share),
         free_space.votes.join(", ")
@@ -137,7 +138,7 @@ fn left_out(free_space: &FreeSpaceReport) -> String {
 
 #[cfg(test)]
 mod tests {
-    use dmp::{Verdict, Warning};
+    use dmp::Verdict;
     use dmp_draw::text::width_of;
 
     use super::*;
@@ -170,18 +171,18 @@ undecided against größe.
 =  größe  undecided                 1.57  0.420   10.5      81.2     34.5
 3  drift  worse by 12.0 cm at 10 m     –      –      –      43.1     34.5
 
-verdict   against the first run: how much larger the RMS residual is over the
-          returns that both maps predict, and the largest truncation at which
+verdict   how much larger the RMS residual is than that of the first run, over
+          the returns that both maps predict, at the largest truncation at which
           that is certain
-R_cv      RMS range residual: how far each return is from the first surface on
-          its ray, of those that other parts of the drive measured; less is
-          better. Residuals are truncated at the length in the head: 10 m shows
-          whether the map fits together, 0.5 m how sharp it is. A ray that meets
-          no such surface counts 3.9 m at 10 m; the columns below 10 m leave it
-          out.
+R_cv      RMS range residual to the first surface on the ray that other parts of
+          the drive measured; less is better. Residuals are truncated at the
+          length in the head: 10 m shows whether the map fits together, 0.5 m
+          how sharp it is. A ray without such a surface counts 3.9 m at 10 m;
+          smaller truncations exclude it.
 coverage  share of returns whose ray meets a surface that other parts of the
-          drive measured; revisit: that another visit measured
-=         shares the rank above: no run of that rank is decided to be better
+          drive measured
+revisit   share of returns whose ray meets a surface that another visit measured
+=         the rank above: no run of that rank is decided to be better
 
 truth against größe: undecided: no scale shows a difference outside its interval
 1 more pair, interval, R_near 0.5 m, DMP, miss, blocked: -v or --json
@@ -194,8 +195,8 @@ Warnings
 597 of 600 scans, 1,200,000 of 1,234,567 returns; voxel 0.2 m, 29 segments of
 12 m, ranges 1.5 to 100 m
 Scores compare runs of this log under these settings only.
-At most 1 % of commands tell any two equal runs apart: all pairs and 4 scales
-share that, so each interval is at 99.75 %.
+Family-wise error rate 1 %, over all pairs and 4 scales; each interval is at
+99.75 %.
 ";
         assert_eq!(text_of(&example_reports::three_runs(), false), expected);
     }
@@ -212,7 +213,7 @@ share that, so each interval is at 99.75 %.
     }
 
     #[test]
-    fn two_runs_are_told_in_a_sentence() {
+    fn two_runs_are_compared_in_a_sentence() {
         let mut report = example_reports::many_runs(2);
         let mut said = |verdict: Verdict| {
             report.pairs[0].verdict = verdict;
@@ -228,7 +229,7 @@ share that, so each interval is at 99.75 %.
     }
 
     #[test]
-    fn what_is_left_out_of_many_runs_is_said() {
+    fn what_is_not_shown_of_many_runs_is_counted() {
         let report = example_reports::many_runs(12);
         let text = text_of(&report, false);
         assert!(text.starts_with("run 0 is best: better than all 11 others.\n"), "{text}");
@@ -249,7 +250,7 @@ share that, so each interval is at 99.75 %.
         let name = format!("\"{} run ", "地図/größe_".repeat(12));
         long = serde_json::from_str(&json.replace("\"run ", &name)).unwrap();
         let mut three = example_reports::three_runs();
-        three.warnings.push(Warning::Other("a long warning of some words ".repeat(9)));
+        three.warnings.push("a long warning of some words ".repeat(9));
         for report in [long, three, example_reports::given_maps(), example_reports::one_run()] {
             for width in [60, 80, 140] {
                 for verbose in [false, true] {
@@ -268,9 +269,10 @@ share that, so each interval is at 99.75 %.
             for width in 60..140 {
                 let text = text_at(&report, false, terminal(width));
                 let head = text.lines().find(|line| line.contains("   run ")).unwrap();
-                for (column, meaning) in
-                    [("revisit", "revisit: that another visit"), ("blocked", "blocked: that meet one")]
-                {
+                for (column, meaning) in [
+                    ("revisit", "that another visit measured"),
+                    ("blocked", "too early: trails of moving objects"),
+                ] {
                     let shown = head.contains(column);
                     seen[usize::from(shown)] = true;
                     let words: Vec<&str> = text.split_whitespace().collect();
@@ -317,7 +319,7 @@ share that, so each interval is at 99.75 %.
             "No run is clearly the best of 3. run 0 stands first: undecided against run 1 and\nrun 2.\n"
         ));
         assert!(text.contains("\n1  run 0  first ") && text.contains("\n=  run 2  undecided "), "{text}");
-        assert!(text.contains("\n=         shares the rank above: "), "{text}");
+        assert!(text.contains("\n=         the rank above: "), "{text}");
         assert!(text.contains("\nrun 0 against run 1, run 2: better globally"), "{text}");
     }
 
@@ -331,7 +333,7 @@ share that, so each interval is at 99.75 %.
     }
 
     #[test]
-    fn a_verbose_report_leaves_nothing_out() {
+    fn a_verbose_report_shows_everything() {
         let text = text_of(&example_reports::three_runs(), true);
         for part in [
             "\ntruth against drift: better, decided at R_cv 10 m: globally\n",

@@ -22,8 +22,8 @@ pub(super) struct OpenedPlan {
     pub(super) runs: Vec<Run>,
 }
 
-/// An error as the command tells it: what comes of scoring and of logs speaks of options.
-pub(super) fn told(error: ShardError) -> anyhow::Error {
+/// An error as the command prints it: those of scoring and of logs name options.
+pub(super) fn in_words(error: ShardError) -> anyhow::Error {
     match error {
         ShardError::Evaluate(error) => error.into(),
         ShardError::Log(error) => error.into(),
@@ -33,7 +33,7 @@ pub(super) fn told(error: ShardError) -> anyhow::Error {
 
 /// Writes a plan and its runs.
 pub(super) fn write(folder: &Path, plan: &ShardPlan, runs: &[Run]) -> anyhow::Result<()> {
-    write_checked(&folder.join(RUNS), &ShardPlan::runs_bytes(runs).map_err(told)?)?;
+    write_checked(&folder.join(RUNS), &ShardPlan::runs_bytes(runs).map_err(in_words)?)?;
     save(&folder.join(PLAN), |out| {
         let mut json = serde_json::Serializer::with_formatter(&mut *out, Lines::default());
         plan.serialize(&mut json).map_err(io::Error::from)?;
@@ -50,15 +50,15 @@ impl OpenedPlan {
             (dmp_disk::folder_of(path).to_owned(), path.to_owned())
         };
         let plan = read_plan(&file)?;
-        plan.check().map_err(told).with_context(|| file.display().to_string())?;
+        plan.check().map_err(in_words).with_context(|| file.display().to_string())?;
         let path = folder.join(RUNS);
         let bytes = read_checked(&path)?
             .with_context(|| format!("{}: it is not there, and belongs to the plan", path.display()))?;
-        let runs = plan.read_runs(&path, &bytes).map_err(told)?;
+        let runs = plan.read_runs(&path, &bytes).map_err(in_words)?;
         Ok(Self { folder, plan, runs })
     }
 
-    /// Opens the log of the plan, where it lay or where it is said to lie now.
+    /// Opens the log of the plan, where it was or where it is now.
     pub(super) fn open_log(&self, now_at: Option<&Path>) -> anyhow::Result<Box<dyn ScanLog>> {
         Ok(self.index().open(now_at.unwrap_or(self.plan.log()))?)
     }

@@ -1,48 +1,33 @@
-//! `dmp shard inputs`: what a part reads, for who brings it there.
+//! `dmp shard inputs`: what a part reads, for schedulers that copy files.
 
-use std::io::Write;
-use std::path::PathBuf;
+use std::io::Write as _;
 
-use clap::Args;
-use clap::builder::PossibleValuesParser;
-use dmp::{Config, Part, Shard, ShardStage};
+use dmp::Shard;
 
-use super::document::{OpenedPlan, told};
-use super::part::PlannedLogArgs;
+use super::document::{OpenedPlan, in_words};
 use crate::common::Common;
 use crate::exit::Exit;
-use crate::settings::ResourceArgs;
+use crate::options::{Asked, Out, Spec, scoring, tools};
 
-/// Print as JSON what a part reads: of which files which bytes
-///
-/// For schedulers that bring files to where parts are done. `log` has the files of the log (`null`: all of it), `files` those of
-/// the plan's folder, beside plan.json and *.part, which parts read in any case and which must be there already. Bytes that are not
-/// named are never looked at: a file of the same length with holes will do.
-#[derive(Debug, Args)]
-pub(crate) struct InputsArgs {
-    /// The folder of a plan, or its plan.json
-    #[arg(value_name = "PLAN")]
-    plan: PathBuf,
-    /// The stage: fuse, merge, cast or drift
-    #[arg(value_name = "STAGE", value_parser = PossibleValuesParser::new(ShardStage::ALL.map(ShardStage::name)))]
-    stage: String,
-    /// Which part: `3/8` is the third of eight
-    #[arg(long, value_name = "I/N", value_parser = str::parse::<Part>)]
-    part: Part,
-    #[command(flatten)]
-    log: PlannedLogArgs,
-    #[command(flatten)]
-    resources: ResourceArgs,
-}
+pub(super) static SPEC: Spec = Spec {
+    name: "inputs",
+    about: "Print as JSON what a part reads: of which files which bytes",
+    more: "For schedulers that copy files to where parts run. `log` has the files of the log (`null`: all of it), `files` those of \
+           the plan's folder besides plan.json and *.part, which every part reads and which must exist. Other bytes are never \
+           read: a file of the same length with holes is enough.",
+    options: &[tools::PLANNED, &[&tools::STAGE, &tools::PART], scoring::MEANS],
+    run,
+    ..Spec::EMPTY
+};
 
-pub(crate) fn run(arguments: &InputsArgs, _: &Common, out: &mut impl Write) -> anyhow::Result<Exit> {
-    let opened = OpenedPlan::read(&arguments.plan)?;
-    let log = opened.unopened_log(arguments.log.log.as_deref())?;
-    let means = Shard::means(&arguments.resources.in_config(Config::default()));
+fn run(asked: &Asked, _: &Common, out: &mut Out<'_>) -> anyhow::Result<Exit> {
+    let opened = OpenedPlan::read(&asked.need(&tools::PLAN)?)?;
+    let log = opened.unopened_log(asked.get(&tools::MOVED_LOG).as_deref())?;
+    let means = Shard::means(&asked.config());
     let OpenedPlan { folder, plan, runs } = &opened;
     let shard = Shard::new(plan, runs, log.as_ref(), folder, &means, ());
-    let stage = ShardStage::ALL.into_iter().find(|stage| stage.name() == arguments.stage);
-    let needs = shard.needs(stage.unwrap_or(ShardStage::Fuse), arguments.part).map_err(told)?;
+    let (stage, part) = (asked.need(&tools::STAGE)?, asked.need(&tools::PART)?);
+    let needs = shard.needs(stage, part).map_err(in_words)?;
     serde_json::to_writer(&mut *out, &needs).map_err(std::io::Error::from)?;
     writeln!(out)?;
     Ok(Exit::Done)

@@ -1,130 +1,91 @@
 //! `dmp shard plan`: decides on everything that parts must agree on.
 
-use dmp_draw::text::counted;
-use std::ffi::OsString;
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::Path;
 
 use anyhow::bail;
-use clap::Args;
-use dmp::{Config, Machine, MapSource, ShardPlan, Told};
+use dmp::{Config, Machine, MapSource, ShardPlan, VetSummary};
+use dmp_draw::text::counted;
 
-use super::document::{self, told};
+use super::document::{self, in_words};
 use crate::common::Common;
 use crate::exit::{Exit, Usage, option_of, when_printed};
+use crate::log_input::LogInput;
 use crate::named::maps_of;
+use crate::options::{Asked, Out, Spec, input, output, scoring, tools};
 use crate::progress::Progress;
 use crate::runs::{OpenedRuns, Runs};
 use crate::save::OutputsFolder;
-use crate::score::evaluation_args::EvaluationArgs;
+use crate::{score, vetting};
 
-/// Plan a score in parts: which scans lie where in the log, which returns are used, voxels and segments
-///
-/// Reads the log once, as `dmp score` does before it fuses, and writes plan.json and the runs to a folder, where the files of all
-/// parts will lie. What part of the log is damaged is told here.
-#[derive(Debug, Args)]
-#[command(
-    override_usage = "dmp shard plan [OPTIONS] LOG -t [NAME=]RUN.tum [-t [NAME=]RUN2.tum ...] -o FOLDER",
-    after_help = "Examples:\n  \
-    dmp shard plan drive.mcap -t runs/*.tum -o work\n  \
-    dmp shard plan city.mcap -t a.tum -t b.tum -o work --cores 256\n\n\
-    Exit codes: 0 done; 1 failed; 2 wrong usage; 3 done, but part of the log was lost or damaged, or a run was left out."
-)]
-pub(crate) struct PlanArgs {
-    #[command(flatten)]
-    asked: EvaluationArgs,
-    /// Folder for the plan, and for the files of its parts; it is made if need be
-    #[arg(short, long, value_name = "FOLDER", help_heading = "Output")]
-    output: PathBuf,
-    /// Cores that parts will be done on, of all machines together: the plan says how many parts make sense for them
-    #[arg(long, value_name = "N", default_value_t = 8, help_heading = "Resources")]
-    #[arg(value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
-    cores: u32,
-    #[command(flatten)]
-    whole: WholeArgs,
-}
+/// Why parts do not write what is made of single returns.
+const RETURNS: &str = "it needs single returns, which no part keeps: use `dmp score`";
+const AGAIN: &str = "a part that is not done is run again";
 
-/// Options of `dmp score` that parts do not have: refused by name.
-#[derive(Debug, Args)]
-struct WholeArgs {
-    #[arg(long, hide = true)]
-    report: Option<OsString>,
-    #[arg(long, hide = true)]
-    view: bool,
-    #[arg(long, hide = true)]
-    scene: Option<OsString>,
-    #[arg(long, hide = true)]
-    keep: Option<OsString>,
-    #[arg(long, hide = true)]
-    residuals: Vec<OsString>,
-    #[arg(long, hide = true)]
-    per_frame: Option<OsString>,
-    #[arg(long, hide = true)]
-    per_tile: Option<OsString>,
-    #[arg(long, hide = true)]
-    save_maps: Option<OsString>,
-    #[arg(long, hide = true)]
-    resume: bool,
-    #[arg(long, hide = true)]
-    checkpoint: Option<OsString>,
-}
+pub(super) static SPEC: Spec = Spec {
+    name: "plan",
+    about: "Plan a score in parts: which scans lie where in the log, which returns are used, voxels and segments",
+    more: "Reads the log once, as `dmp score` does before it fuses, and writes plan.json and the runs to a folder for the files \
+           of all parts. Reports what part of the log is damaged.",
+    usage: "dmp shard plan [OPTIONS] LOG -t [NAME=]RUN.tum [-t [NAME=]RUN2.tum ...] -o FOLDER",
+    after: "Examples:\n  \
+            dmp shard plan drive.mcap -t runs/*.tum -o work\n  \
+            dmp shard plan city.mcap -t a.tum -t b.tum -o work --cores 256\n\n\
+            Exit codes: 0 done; 1 failed; 2 wrong usage; 3 done, but part of the log was lost or damaged, or a run was \
+            excluded.",
+    options: &[
+        input::RUNS_ON_LOG,
+        scoring::MAPPING,
+        scoring::EVALUATION,
+        input::CHECKS,
+        scoring::MEANS,
+        &[&tools::PLAN_FOLDER, &tools::CORES],
+    ],
+    refused: &[
+        (&output::REPORT, RETURNS),
+        (&output::SCENE, RETURNS),
+        (&output::KEEP, RETURNS),
+        (&output::RESIDUALS, RETURNS),
+        (&output::PER_FRAME, RETURNS),
+        (&output::PER_TILE, RETURNS),
+        (&scoring::RESUME, AGAIN),
+        (&scoring::QUICK, "it reads a small part of the log: use `dmp score`"),
+    ],
+    run,
+    ..Spec::EMPTY
+};
 
-impl WholeArgs {
-    fn check(&self, asked: &EvaluationArgs) -> anyhow::Result<()> {
-        let returns = "it is made of single returns, which no part keeps: `dmp score` makes it";
-        let refused = [
-            (self.report.is_some(), "--report", returns),
-            (self.view, "--view", "it opens the page of --report, which `dmp score` makes"),
-            (self.scene.is_some(), "--scene", returns),
-            (self.keep.is_some(), "--keep", returns),
-            (!self.residuals.is_empty(), "--residuals", returns),
-            (self.per_frame.is_some(), "--per-frame", returns),
-            (self.per_tile.is_some(), "--per-tile", returns),
-            (self.save_maps.is_some(), "--save-maps", "maps lie in pieces: `dmp map build` makes one"),
-            (self.resume, "--resume", "a part that is not done is done again"),
-            (self.checkpoint.is_some(), "--checkpoint", "a part that is not done is done again"),
-            (
-                asked.sampling.quick().is_some(),
-                "--quick",
-                "it reads a small part of the log: `dmp score` does it",
-            ),
-        ];
-        match refused.into_iter().find(|(is_asked, ..)| *is_asked) {
-            Some((_, option, why)) => bail!(Usage(format!("{option} in parts: {why}"))),
-            None => Ok(()),
-        }
+fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::Result<Exit> {
+    if let Some((option, why)) = asked.refused() {
+        bail!(Usage(format!("--{option} in parts: {why}")));
     }
-}
-
-pub(crate) fn run(arguments: &PlanArgs, common: &Common, out: &mut impl Write) -> anyhow::Result<Exit> {
-    let PlanArgs { asked, output: folder, cores, whole } = arguments;
-    whole.check(asked)?;
-    let (config, like) = asked.like_in(asked.config())?;
-    let started = Runs::start(&asked.files(), &asked.reading)?;
-    let maps: Vec<MapSource> = maps_of(&started.names(), &asked.maps)?.into_iter().collect();
-    let _taken = OutputsFolder::take(folder)?;
-    let poses = asked.settings.poses();
-    let opened = OpenedRuns::open(started, maps, &asked.log, poses, config.threads, common)?;
+    let (config, like) = score::config(asked)?;
+    let folder = asked.need(&tools::PLAN_FOLDER)?;
+    let started = Runs::start(asked)?;
+    let maps: Vec<MapSource> = maps_of(&started.names(), &asked.all(&input::MAPS))?;
+    let _taken = OutputsFolder::take(&folder)?;
+    let log = LogInput::of(asked)?;
+    let opened = OpenedRuns::open(started, maps, &log, asked, config.threads, common)?;
     like.iter().try_for_each(|like| like.check_log(opened.log.summary()))?;
-    let (opened, vetted) = asked.conventions.vet(opened, &asked.log, poses, &config, common)?;
+    let (opened, vetted) = vetting::checked(opened, &log, asked, &config, common)?;
     let OpenedRuns { log, runs, damaged } = opened;
-    let said = vetted.as_ref().map_or_else(Told::default, |vetted| vetted.told(&option_of));
-    let machine = Machine { cores: *cores as usize };
+    let said = vetted.as_ref().map_or_else(VetSummary::default, |vetted| vetted.summary(&option_of));
+    let machine = Machine { cores: asked.get(&tools::CORES).unwrap_or(8) as usize };
     let watch = Progress::new(common);
     let config = Config { checkpoint_every: None, resume: false, ..config };
     let plan =
-        ShardPlan::new(log.as_ref(), &runs, &config, (said, damaged), machine, &watch).map_err(told)?;
+        ShardPlan::new(log.as_ref(), &runs, &config, (said, damaged), machine, &watch).map_err(in_words)?;
     drop(watch);
-    if let Some(other) = document::plan_in(folder)?.filter(|other| other.hash() != plan.hash()) {
+    if let Some(other) = document::plan_in(&folder)?.filter(|other| other.hash() != plan.hash()) {
         let folder = folder.display();
         bail!(Usage(format!("{folder}: it holds another plan, {}: name another folder", other.hash())));
     }
-    document::write(folder, &plan, &runs)?;
+    document::write(&folder, &plan, &runs)?;
     let exit = if plan.is_incomplete() { Exit::InputDamaged } else { Exit::Done };
-    when_printed(print(out, &plan, folder), exit)
+    when_printed(print(out, &plan, &folder), exit)
 }
 
-fn print(out: &mut impl Write, plan: &ShardPlan, folder: &std::path::Path) -> anyhow::Result<()> {
+fn print(out: &mut impl Write, plan: &ShardPlan, folder: &Path) -> anyhow::Result<()> {
     let suggested = plan.suggested();
     let (scans, returns) = (plan.scans(), plan.returns());
     writeln!(out, "plan {}", plan.hash())?;

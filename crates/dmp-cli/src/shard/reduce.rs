@@ -1,60 +1,43 @@
-//! `dmp shard reduce`: what all parts came to, as `dmp score` tells it.
+//! `dmp shard reduce`: the result of all parts, as `dmp score` prints it.
 
-use std::io::Write;
-use std::path::PathBuf;
+use clap::{Args as _, FromArgMatches as _};
+use dmp::Shard;
 
-use clap::Args;
-use dmp::{Config, Shard};
-
-use super::document::{OpenedPlan, told};
-use super::part::PlannedLogArgs;
+use super::document::{OpenedPlan, in_words};
 use crate::common::Common;
 use crate::exit::{Exit, when_printed};
 use crate::gates::GateArgs;
+use crate::options::{Asked, Out, Spec, output, scoring, tools};
 use crate::progress::Progress;
 use crate::score::{announce, print};
-use crate::settings::ResourceArgs;
 
-/// Add up what all parts came to, and print it as `dmp score` does
-///
-/// The scores are those of `dmp score` to the bit; `timing` and `memory` are those of this command. A part that is missing, damaged
-/// or of another plan is named, and so is a scan that is in no part or in two.
-#[derive(Debug, Args)]
-#[command(
-    after_help = "Exit codes: 0 done; 1 failed; 2 wrong usage; 3 done, but part of the log was lost or damaged, or a run was left out; 4 done, \
-    but a gate failed, whether part of the log was lost or not."
-)]
-pub(crate) struct ReduceArgs {
-    /// The folder of a plan, or its plan.json
-    #[arg(value_name = "PLAN")]
-    plan: PathBuf,
-    #[command(flatten)]
-    log: PlannedLogArgs,
-    #[command(flatten)]
-    resources: ResourceArgs,
-    /// Print one JSON object (schema dmp-score/2) instead of tables
-    #[arg(long, help_heading = "Output")]
-    json: bool,
-    /// Also print every scale of every pair, all scores, where returns went, times and memory
-    #[arg(short, long, conflicts_with = "json", help_heading = "Output")]
-    verbose: bool,
-    #[command(flatten)]
-    gates: GateArgs,
-}
+pub(super) static SPEC: Spec = Spec {
+    name: "reduce",
+    about: "Add up the results of all parts, and print them as `dmp score` does",
+    more: "The scores are those of `dmp score` to the bit; `timing` and `memory` are those of this command. Fails and names a part \
+           that is missing, damaged or of another plan, and a scan that is in no part or in two.",
+    after: "Exit codes: 0 done; 1 failed; 2 wrong usage; 3 done, but part of the log was lost or damaged, or a run was excluded; \
+            4 done, but a gate failed.",
+    options: &[tools::PLANNED, scoring::MEANS, &[&output::JSON, &output::VERBOSE]],
+    extend: GateArgs::augment_args,
+    run,
+    ..Spec::EMPTY
+};
 
-pub(crate) fn run(arguments: &ReduceArgs, common: &Common, out: &mut impl Write) -> anyhow::Result<Exit> {
-    let opened = OpenedPlan::read(&arguments.plan)?;
-    let gates = arguments.gates.start(&opened.plan.names())?;
-    let log = opened.unopened_log(arguments.log.log.as_deref())?;
-    let means = Shard::means(&arguments.resources.in_config(Config::default()));
+fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::Result<Exit> {
+    let opened = OpenedPlan::read(&asked.need(&tools::PLAN)?)?;
+    let gate_args = GateArgs::from_arg_matches(asked.matches())?;
+    let gates = gate_args.start(&opened.plan.names())?;
+    let log = opened.unopened_log(asked.get(&tools::MOVED_LOG).as_deref())?;
+    let means = Shard::means(&asked.config());
     let OpenedPlan { folder, plan, runs } = &opened;
     let watch = Progress::new(common);
-    let report = Shard::new(plan, runs, log.as_ref(), folder, &means, &watch).reduce().map_err(told)?;
+    let report = Shard::new(plan, runs, log.as_ref(), folder, &means, &watch).reduce().map_err(in_words)?;
     drop(watch);
     let checked = gates.check(&report);
     let exit = if plan.is_incomplete() { Exit::InputDamaged } else { Exit::Done };
     let exit = gates.end(&common.host, &report, &checked, exit)?;
-    let printed = print(out, &report, &checked, (arguments.json, arguments.verbose), common.terminal);
+    let printed = print(out, &report, &checked, asked, common.terminal);
     if !common.quiet {
         announce::done(&common.host, &report);
     }

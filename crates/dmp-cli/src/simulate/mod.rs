@@ -2,36 +2,27 @@
 
 mod city;
 mod errors;
-mod fault;
 mod loops;
-mod progress;
 mod recording;
 mod room;
 mod town;
 
-use clap::Subcommand;
+use dmp_sim::SimError;
 
-use crate::common::Common;
-use crate::exit::Exit;
+use crate::exit::Usage;
+use crate::options::Spec;
 
-/// Make logs and trajectories with known truth
-#[derive(Debug, Subcommand)]
-pub(crate) enum Simulate {
-    Town(town::TownArgs),
-    City(city::CityArgs),
-    Room(room::RoomArgs),
-    Errors(errors::ErrorsArgs),
-    Loops(loops::LoopsArgs),
-}
+pub(crate) static SPEC: Spec = Spec {
+    name: "simulate",
+    about: "Make logs and trajectories with known truth",
+    commands: &[&town::SPEC, &city::SPEC, &room::SPEC, &errors::SPEC, &loops::SPEC],
+    ..Spec::EMPTY
+};
 
-impl Simulate {
-    pub(crate) fn run(&self, common: &Common, out: &mut impl std::io::Write) -> anyhow::Result<Exit> {
-        match self {
-            Self::Town(arguments) => town::run(arguments, common, out),
-            Self::City(arguments) => city::run(arguments, common, out),
-            Self::Room(arguments) => room::run(arguments, common, out),
-            Self::Errors(arguments) => errors::run(arguments, common, out),
-            Self::Loops(arguments) => loops::run(arguments, common, out),
-        }
+/// A number out of range, or a route of other scenery, is wrong usage; any other error is a failure.
+fn in_words(error: SimError) -> anyhow::Error {
+    match error {
+        SimError::OutOfRange { .. } | SimError::OtherPlace { .. } => Usage(error.to_string()).into(),
+        other => other.into(),
     }
 }

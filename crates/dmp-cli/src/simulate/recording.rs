@@ -4,85 +4,41 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc::sync_channel;
 use std::{fs, io};
 
-use clap::{Args, ValueEnum};
-use dmp_sensor::Scan;
-use dmp_sim::{LidarOptions, NoReturn, Sweep};
+use dmp_sensor::{Scan, Trajectory};
+use dmp_sim::{LidarOptions, Sweep};
 
-use super::progress::Progress;
+use crate::common::Common;
 use crate::log_writer::LogWriter;
-use crate::parse;
+use crate::options::{Asked, simulate};
+use crate::progress::Progress;
 use crate::save::refuse_other;
 
 /// Scans that wait to be written, at most.
 const WAITING: usize = 4;
+/// Poses of the true trajectory per second.
+pub(super) const TRUTH_RATE_HZ: f64 = 20.0;
 
-#[derive(Debug, Args)]
-pub(super) struct RecordingArgs {
-    /// The log: FILE.mcap, or a FOLDER/ of KITTI scans (.bin) with times
-    #[arg(short, long, value_name = "LOG")]
-    pub(super) output: PathBuf,
-    /// Poses of the true trajectory per second, Hz
-    #[arg(long, default_value_t = 20.0, value_name = "HZ")]
-    pub(super) truth_rate: f64,
-    /// Another number makes another place, another drive, other noise
-    #[arg(long, default_value_t = 1)]
-    pub(super) seed: u64,
-    /// Elevation of the lowest and highest beam, degrees [default: -15,15; -25,15 for more than 16 beams]
-    #[arg(long, value_name = "LOW,HIGH", allow_hyphen_values = true, value_parser = parse::elevations_rad)]
-    elevation: Option<[f64; 2]>,
-    /// Turns per second, Hz; every turn is a scan
-    #[arg(long, default_value_t = 10.0, value_name = "HZ")]
-    rate: f64,
-    /// Standard deviation of the measured ranges, e.g. 0.02 (metres) or 2cm
-    #[arg(long, default_value = "0.02", value_name = "LENGTH", value_parser = parse::length_m)]
-    range_noise: f64,
-    /// Range of the farthest return of a bright surface seen straight on, metres
-    #[arg(long, default_value = "100", value_name = "LENGTH", value_parser = parse::length_m)]
-    max_range: f64,
-    /// Share of the returns that get lost for no reason
-    #[arg(long, default_value_t = 0.01, value_name = "SHARE")]
-    drop_out: f64,
-    /// Coordinates are rounded to multiples of this many metres, 0 for none; powers of two keep files small
-    #[arg(long, default_value_t = 1.0 / 512.0, value_name = "METRES")]
-    resolution: f64,
-    /// What the log holds where nothing came back
-    #[arg(long, value_enum, default_value_t = NoReturnArg::Omit)]
-    no_return: NoReturnArg,
-    /// Each scan at one instant, as if the sensor stood still during the turn, without times of its returns
-    #[arg(long)]
-    instant: bool,
-}
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum NoReturnArg {
-    /// Nothing
-    Omit,
-    /// The point (0, 0, 0)
-    Zero,
-    /// A point of NaNs
-    Nan,
-}
-
-impl RecordingArgs {
-    pub(super) fn lidar(&self, beams: usize, azimuth_steps: usize) -> LidarOptions {
-        let common = LidarOptions::with_beams(beams);
-        LidarOptions {
-            elevation_rad: self.elevation.unwrap_or(common.elevation_rad),
-            azimuth_steps,
-            rate_hz: self.rate,
-            max_range_m: self.max_range,
-            range_noise_m: self.range_noise,
-            drop_out: self.drop_out,
-            resolution_m: self.resolution,
-            no_return: match self.no_return {
-                NoReturnArg::Omit => NoReturn::Omitted,
-                NoReturnArg::Zero => NoReturn::Zero,
-                NoReturnArg::Nan => NoReturn::NotANumber,
-            },
-            sweep: if self.instant { Sweep::Instant } else { Sweep::Spinning },
-            ..common
-        }
+/// The sensor, with these numbers where none are given.
+pub(super) fn lidar(asked: &Asked, beams: usize, azimuth_steps: usize) -> LidarOptions {
+    let usual = LidarOptions::with_beams(asked.get(&simulate::BEAMS).unwrap_or(beams));
+    LidarOptions {
+        elevation_rad: asked.get(&simulate::ELEVATION).unwrap_or(usual.elevation_rad),
+        azimuth_steps: asked.get(&simulate::AZIMUTH_STEPS).unwrap_or(azimuth_steps),
+        rate_hz: asked.get(&simulate::RATE).unwrap_or(usual.rate_hz),
+        max_range_m: asked.get(&simulate::FARTHEST).unwrap_or(usual.max_range_m),
+        range_noise_m: asked.get(&simulate::RANGE_NOISE).unwrap_or(usual.range_noise_m),
+        drop_out: asked.get(&simulate::DROP_OUT).unwrap_or(usual.drop_out),
+        resolution_m: asked.get(&simulate::RESOLUTION).unwrap_or(usual.resolution_m),
+        no_return: asked.get(&simulate::NO_RETURN).unwrap_or_default(),
+        sweep: if asked.has(&simulate::INSTANT) { Sweep::Instant } else { Sweep::Spinning },
+        ..usual
     }
+}
+
+/// Path length from pose to pose, metres.
+pub(super) fn travel_m(run: &Trajectory) -> f64 {
+    let steps = run.poses().windows(2).map(|pair| pair[1].translation.vector - pair[0].translation.vector);
+    steps.map(|step| step.norm()).sum()
 }
 
 /// Where the truth goes: beside the log where no place is named.
@@ -111,9 +67,12 @@ pub(super) fn refuse_other_truth(
 /// somebody asks to stop, no more are measured than wait already.
 pub(super) fn save_scans(
     scans: impl Iterator<Item = Scan> + Send,
+    total: usize,
     mut log: LogWriter,
-    progress: &Progress,
+    common: &Common,
 ) -> anyhow::Result<u64> {
+    let progress = Progress::new(common);
+    progress.scans("simulating", total as u64);
     let (sender, measured) = sync_channel(WAITING);
     let mut returns = 0;
     std::thread::scope(|scope| {
@@ -127,8 +86,8 @@ pub(super) fn save_scans(
         for scan in measured {
             returns += scan.len() as u64;
             log.write(&scan)?;
-            progress.written(&scan);
-            progress.go_on()?;
+            progress.one_scan();
+            common.host.go_on()?;
         }
         anyhow::Ok(())
     })?;

@@ -113,7 +113,7 @@ mod tests {
     }
 
     fn common() -> Common {
-        Common { quiet: true, no_progress: true, ..Common::default() }
+        Common { quiet: true, ..Common::default() }
     }
 
     #[test]
@@ -141,7 +141,7 @@ mod tests {
         let mut other = log(folder.path());
         other.runs[0].0 = "new".into();
         keys.insert(key(&other));
-        let option = super::super::arguments::Argument {
+        let option = super::super::options::Argument {
             text: "--voxel=0.2".into(),
             setting: "--voxel=0.2".into(),
             file: None,

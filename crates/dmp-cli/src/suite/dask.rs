@@ -16,9 +16,9 @@ use serde::{Deserialize, Serialize};
 use super::list::List;
 use crate::common::Common;
 use crate::exit::Usage;
+use crate::options::{Asked, scoring};
 use crate::progress::Progress;
 use crate::say::say;
-use crate::settings::ResourceArgs;
 
 /// Names the Python that has the package; the command that comes with the package sets it.
 const PYTHON: &str = "DMP_PYTHON";
@@ -31,7 +31,7 @@ const MOST_SAID: u64 = 1 << 16;
 
 /// What is asked of the program. It stops when its standard input ends.
 #[derive(Debug, Serialize)]
-struct Asked<'a> {
+struct Order<'a> {
     address: &'a str,
     list: &'a List,
     /// Options of each task.
@@ -53,19 +53,20 @@ enum Answer {
 }
 
 /// Scores logs on a cluster, into the files of their results; where one cannot be scored, its file says why.
-pub(super) fn score(address: &str, list: &List, means: &ResourceArgs, common: &Common) -> anyhow::Result<()> {
+pub(super) fn score(address: &str, list: &List, asked: &Asked, common: &Common) -> anyhow::Result<()> {
     if list.logs.is_empty() {
         return Ok(());
     }
     let python = env::var_os(PYTHON).unwrap_or_else(|| "python3".into());
     let said = tempfile::tempfile().context("cannot make a file for what Python says")?;
     let mut child = started(&python, &said)?;
-    let work = means.work().map(|folder| folder.display().to_string());
-    let asked = Asked { address, list, means: means.as_options(), work };
-    // It is open for as long as the work is wanted. Where nobody reads it, the program has failed, and that is told below.
+    let work = asked.get(&scoring::WORK).map(|folder| folder.display().to_string());
+    let means = [asked.as_arguments(&scoring::MEMORY), asked.as_arguments(&scoring::THREADS)].concat();
+    let order = Order { address, list, means, work };
+    // It is open for as long as the work is wanted. Where nobody reads it, the program has failed, and that is reported below.
     let mut input = child.stdin.take();
     if let Some(input) = &mut input {
-        let _ = input.write_all(&serde_json::to_vec(&asked)?).and_then(|()| input.write_all(b"\n"));
+        let _ = input.write_all(&serde_json::to_vec(&order)?).and_then(|()| input.write_all(b"\n"));
     }
     let lines = lines_of(&mut child);
     let watched = watch(&lines, address, list, common);
@@ -107,7 +108,7 @@ fn lines_of(child: &mut Child) -> Receiver<String> {
     lines
 }
 
-/// Tells what the program does, until it ends; what it failed with, and whether it was used wrongly.
+/// Prints what the program does, until it ends; what it failed with, and whether it was used wrongly.
 fn watch(
     lines: &Receiver<String>,
     address: &str,
@@ -116,7 +117,7 @@ fn watch(
 ) -> anyhow::Result<Option<(String, bool)>> {
     let mut failed = None;
     let progress = Progress::new(common);
-    progress.logs("scoring logs", list.logs.len() as u64);
+    progress.start("scoring logs", "logs", list.logs.len() as u64);
     let mut known = 0;
     loop {
         match lines.recv_timeout(LOOK) {
@@ -129,7 +130,7 @@ fn watch(
                 Ok(Answer::Failed { line, is_usage }) => {
                     failed = Some((format!("--dask {address}: {line}"), is_usage));
                 }
-                // Nobody is to be told, or somebody's library prints.
+                // The command is quiet, or a library prints.
                 Ok(Answer::Say(_)) | Err(_) => {}
             },
             Err(RecvTimeoutError::Timeout) => {}

@@ -148,7 +148,7 @@ impl SuiteFile {
             }
         }
         if let Some((key, value)) = table.iter().next() {
-            let known = "the keys are versions, trajectories, logs, log, score and gates; options of `dmp score` stand below [score]";
+            let known = "the keys are versions, trajectories, logs, log, score and gates; options of `dmp score` go into [score]";
             return Err(top.below(key).wrong(value, known));
         }
         if logs.is_empty() {
@@ -235,9 +235,9 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_told_with_file_key_and_value() {
+    fn errors_name_file_key_and_value() {
         let two = "versions = [\"a\", \"b\"]\n";
-        for (text, told) in [
+        for (text, part) in [
             ("", "s.toml: versions: two names at least are expected"),
             ("versions = [\"a\"]", "s.toml: versions = [\"a\"]: two names at least"),
             ("versions = [\"a\", \"a\"]", "s.toml: versions = [\"a\", \"a\"]: `a` is named twice"),
@@ -253,7 +253,7 @@ mod tests {
             (&format!("{two}score = 1"), "s.toml: score = 1: a table is expected"),
         ] {
             let error = of(text).unwrap_err();
-            assert!(error.contains(told), "{error}");
+            assert!(error.contains(part), "{error}");
         }
     }
 }

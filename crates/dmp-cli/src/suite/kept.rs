@@ -130,8 +130,8 @@ impl Kept {
                 return Found::Damaged(why.to_owned());
             }
         };
-        let left_out = report.left_out.iter().map(|run| &run.name);
-        let mut there: Vec<&String> = report.runs.iter().map(|run| &run.name).chain(left_out).collect();
+        let excluded = report.left_out.iter().map(|run| &run.name);
+        let mut there: Vec<&String> = report.runs.iter().map(|run| &run.name).chain(excluded).collect();
         let mut asked: Vec<&String> = log.runs.iter().map(|(version, _)| version).collect();
         there.sort();
         asked.sort();

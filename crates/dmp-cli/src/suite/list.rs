@@ -1,14 +1,14 @@
 //! What is not in the cache, for other programs that score it.
 
-use std::io::Write;
-
+use dmp::ShardPlan;
 use serde::Serialize;
 
-use super::arguments;
 use super::kept::{Found, Kept};
+use super::options;
 use super::plan::Plan;
 use crate::common::Common;
 use crate::exit::Usage;
+use crate::options::{Asked, input, scoring};
 
 /// The whole list.
 #[derive(Debug, Serialize)]
@@ -34,6 +34,12 @@ pub(super) struct Missing {
     is_in_parts: bool,
 }
 
+/// Whether `dmp shard` takes these arguments, too.
+fn is_in_parts(asked: &Asked) -> bool {
+    let is_whole = asked.get(&scoring::QUICK).is_some() || !asked.all(&input::MAPS).is_empty();
+    !is_whole && ShardPlan::check_settings(&asked.config()).is_ok()
+}
+
 impl List {
     /// What is to be scored. A damaged result is removed: what is found in its place later is another one.
     pub(super) fn of(plan: &Plan, kept: &mut Kept, common: &Common) -> anyhow::Result<Self> {
@@ -47,7 +53,7 @@ impl List {
                 Found::Failed(_) | Found::Missing => {}
             }
             let arguments = log.arguments();
-            let is_in_parts = arguments::parsed(&arguments).map_err(Usage)?.is_in_parts();
+            let is_in_parts = is_in_parts(&options::parsed(&arguments).map_err(Usage)?);
             let result = std::path::absolute(&file)?.display().to_string();
             // Logs that are the same, with the same runs and settings, have one result.
             if logs.iter().all(|other| other.result != result) {
@@ -58,10 +64,5 @@ impl List {
         kept.save_index()?;
         let cache = std::path::absolute(kept.folder())?.display().to_string();
         Ok(Self { schema: "dmp-suite-list/1", dmp_version: env!("CARGO_PKG_VERSION"), cache, logs })
-    }
-
-    pub(super) fn print(&self, out: &mut impl Write) -> anyhow::Result<()> {
-        serde_json::to_writer_pretty(&mut *out, self).map_err(std::io::Error::from)?;
-        Ok(writeln!(out)?)
     }
 }

@@ -1,15 +1,14 @@
-//! What a suite comes to: every log with its runs and arguments.
+//! The plan of a suite: every log with its runs and arguments.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::bail;
-use clap::Command;
 use dmp::{Confidence, MissingReport};
 use toml::Value;
 
-use super::arguments::{self, Argument, Options};
 use super::file::{At, LogEntry, SuiteFile};
+use super::options::{self, Argument, Options};
 use super::paths::{Source, resolve};
 use crate::exit::Usage;
 
@@ -36,18 +35,16 @@ pub(super) struct PlannedLog {
 
 impl Plan {
     pub(super) fn make(file: &SuiteFile) -> anyhow::Result<Self> {
-        let command = arguments::definition();
         let mut logs: Vec<PlannedLog> = Vec::new();
         for entry in &file.logs {
             for (path, name) in paths(file, entry)? {
                 let at = At::new(&file.path, &format!("{}.name", entry.key));
                 let is_name = !name.is_empty() && name.chars().all(dmp::is_printable);
                 if logs.iter().any(|log| log.name == name) || !is_name {
-                    let why =
-                        if is_name { "another log is called so: give it a name" } else { "it is no name" };
+                    let why = if is_name { "another log has this name: set `name`" } else { "it is no name" };
                     bail!(at.wrong(&Value::String(name), why));
                 }
-                logs.push(PlannedLog::plan(file, entry, &command, path, name)?);
+                logs.push(PlannedLog::plan(file, entry, path, name)?);
             }
         }
         let at = At::new(&file.path, "versions");
@@ -62,7 +59,7 @@ impl Plan {
         let mut confidence = None;
         for log in logs.iter().filter(|log| log.runs.len() > 1) {
             let wrong = |why| Usage(format!("{}: log `{}`: {why}", file.path.display(), log.name));
-            confidence = Some(arguments::parsed(&log.arguments()).map_err(wrong)?.confidence());
+            confidence = Some(options::parsed(&log.arguments()).map_err(wrong)?.config().confidence);
         }
         let confidence = confidence.ok_or_else(|| at.unknown("no log has runs of two of them"))?;
         Ok(Self { folder: file.folder.clone(), logs, confidence })
@@ -80,19 +77,13 @@ impl Plan {
 }
 
 impl PlannedLog {
-    fn plan(
-        file: &SuiteFile,
-        entry: &LogEntry,
-        command: &Command,
-        path: PathBuf,
-        name: String,
-    ) -> anyhow::Result<Self> {
+    fn plan(file: &SuiteFile, entry: &LogEntry, path: PathBuf, name: String) -> anyhow::Result<Self> {
         let at = At::new(&file.path, &entry.key);
         let (mut runs, mut missing) = (Vec::new(), Vec::new());
         for version in &file.versions {
             let pattern = entry.trajectories.of(version).or_else(|| file.trajectories.of(version));
             let reason = match pattern {
-                None => "the suite does not say where its trajectory is".to_owned(),
+                None => "the suite has no trajectory for it".to_owned(),
                 Some(pattern) => {
                     let named = pattern.replace("{version}", version).replace("{log}", &name);
                     if let Some(place) = named.split('{').nth(1).and_then(|rest| rest.split('}').next()) {
@@ -112,15 +103,10 @@ impl PlannedLog {
             missing.push(MissingReport { version: version.clone(), reason });
         }
         let present: Vec<&str> = runs.iter().map(|(version, _)| version.as_str()).collect();
-        let options = Options {
-            command,
-            versions: &file.versions,
-            present: &present,
-            folder: &file.folder,
-            log: &name,
-        };
+        let options =
+            Options { versions: &file.versions, present: &present, folder: &file.folder, log: &name };
         if let Some(value) = entry.options.get("confidence") {
-            bail!(at.below("confidence").wrong(value, "it is one for all logs: write it below [score]"));
+            bail!(at.below("confidence").wrong(value, "it is the same for all logs: set it in [score]"));
         }
         let mut table = file.score.clone();
         let of_log = options.arguments(&at, &entry.options)?;
@@ -157,7 +143,7 @@ fn paths(file: &SuiteFile, entry: &LogEntry) -> anyhow::Result<Vec<(PathBuf, Str
     if let Some(name) = &entry.name {
         bail!(
             At::new(&file.path, &format!("{}.name", entry.key))
-                .wrong(&Value::String(name.clone()), "several logs would be called so")
+                .wrong(&Value::String(name.clone()), "several logs would have this name")
         );
     }
     let is_one = |path: &PathBuf| {
@@ -169,7 +155,7 @@ fn paths(file: &SuiteFile, entry: &LogEntry) -> anyhow::Result<Vec<(PathBuf, Str
     let mut found: Vec<PathBuf> = entries.filter(is_one).collect();
     found.sort();
     if found.is_empty() {
-        bail!(at.wrong(&value, "no file or folder is called so"));
+        bail!(at.wrong(&value, "no file or folder has such a name"));
     }
     Ok(found.into_iter().map(|path| (path.clone(), name_of(&path))).collect())
 }

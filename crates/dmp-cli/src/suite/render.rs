@@ -4,24 +4,24 @@ use std::io::{self, Write};
 
 use dmp::{SuiteReport, Verdict};
 use dmp_draw::text::{NONE, Side, Table, counted, width_of};
-use dmp_draw::{ToldVersions, log_word, p_value, suite_answer, suite_promise, told_versions};
+use dmp_draw::{OrderedVersions, log_word, ordered_versions, p_value, suite_answer, suite_promise};
 
 use crate::say::tell;
 use crate::terminal::{Terminal, Tone};
 
 /// Writes the report: the answer, the pairs over all logs, every log.
 pub(super) fn report(out: &mut impl Write, report: &SuiteReport, terminal: Terminal) -> io::Result<()> {
-    let told = told_versions(report);
+    let pairs = ordered_versions(report);
     terminal.tell_in(out, Tone::Strong, &suite_answer(report))?;
     writeln!(out)?;
-    for pair in &told {
+    for pair in &pairs {
         terminal.tell(out, "", &pair.verdict())?;
         terminal.tell(out, "    ", &pair.pair.reason)?;
     }
     writeln!(out)?;
-    counts(out, &told)?;
+    counts(out, &pairs)?;
     writeln!(out)?;
-    effects(out, report, &told)?;
+    effects(out, report, &pairs)?;
     writeln!(out)?;
     logs(out, report, terminal.width)?;
     if !report.warnings.is_empty() {
@@ -32,32 +32,32 @@ pub(super) fn report(out: &mut impl Write, report: &SuiteReport, terminal: Termi
     terminal.tell(out, "", &suite_promise(report))
 }
 
-fn counts(out: &mut impl Write, told: &[ToldVersions<'_>]) -> io::Result<()> {
+fn counts(out: &mut impl Write, pairs: &[OrderedVersions<'_>]) -> io::Result<()> {
     let mut sides = vec![Side::Left; 2];
     sides.resize(8, Side::Right);
     let mut table = Table::new(sides);
     table.row(["Logs", "", "1st", "2nd", "", "", "", ""]);
     table.row(["first", "second", "better", "better", "mixed", "same", "undecided", "p"]);
-    for told in told {
-        let [first, second] = told.wins();
-        let pair = told.pair;
+    for versions in pairs {
+        let [first, second] = versions.wins();
+        let pair = versions.pair;
         let numbers = [first, second, pair.mixed, pair.same, pair.undecided].map(|number| number.to_string());
-        let names = [told.first, told.second].map(str::to_owned);
+        let names = [versions.first, versions.second].map(str::to_owned);
         table.row(names.into_iter().chain(numbers).chain([p_value(pair)]));
     }
     table.write(out, "")
 }
 
-fn effects(out: &mut impl Write, report: &SuiteReport, told: &[ToldVersions<'_>]) -> io::Result<()> {
+fn effects(out: &mut impl Write, report: &SuiteReport, pairs: &[OrderedVersions<'_>]) -> io::Result<()> {
     let scale =
         report.pairs.iter().find_map(|pair| pair.scale_m).map_or(String::new(), |m| format!(" {m} m"));
     writeln!(out, "First minus second in cm, median over logs; negative: first is better")?;
     let mut table = Table::new([Side::Left, Side::Left, Side::Right, Side::Right, Side::Right, Side::Right]);
     table.row(["first", "second", &format!("residual{scale}"), "interval", "drift", "interval"]);
-    for told in told {
-        let names = [told.first, told.second].map(str::to_owned);
-        let effects =
-            [&told.pair.rms_difference, &told.pair.drift_difference].map(|effect| told.effect_cm(effect));
+    for versions in pairs {
+        let names = [versions.first, versions.second].map(str::to_owned);
+        let effects = [&versions.pair.rms_difference, &versions.pair.drift_difference];
+        let effects = effects.map(|effect| versions.effect_cm(effect));
         table.row(names.into_iter().chain(effects.into_iter().flatten()));
     }
     table.write(out, "")
@@ -124,7 +124,7 @@ mod tests {
 
     use crate::example_reports;
 
-    fn told(versions: &[&str], logs: usize) -> String {
+    fn rendered(versions: &[&str], logs: usize) -> String {
         let log = |k| SuiteLog {
             name: format!("log {k}"),
             report: Ok(example_reports::many_runs(versions.len())),
@@ -139,13 +139,13 @@ mod tests {
 
     #[test]
     fn the_answer_stands_first_and_lines_fit_a_terminal() {
-        let two = told(&["run 0", "run 1"], 9);
+        let two = rendered(&["run 0", "run 1"], 9);
         assert!(two.starts_with("run 0 is better than run 1, over 9 logs.\n"), "{two}");
         assert!(two.contains("\nrun 0  run 1        9       0      0     0          0  0.0039\n"), "{two}");
-        let few = told(&["run 0", "run 1"], 3);
+        let few = rendered(&["run 0", "run 1"], 3);
         assert!(few.starts_with("Too few logs to decide anything: 3 logs.\n"), "{few}");
         let names: Vec<String> = (0..6).map(|k| format!("run {k}")).collect();
-        let many = told(&names.iter().map(String::as_str).collect::<Vec<_>>(), 14);
+        let many = rendered(&names.iter().map(String::as_str).collect::<Vec<_>>(), 14);
         assert!(many.contains("\nlog 3                <  <  <"), "{many}");
         for text in [two, few, many] {
             assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");

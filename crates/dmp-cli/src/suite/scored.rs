@@ -2,22 +2,22 @@
 
 use dmp::{Report, SuiteLog};
 
-use super::arguments;
 use super::kept::{Found, Kept};
+use super::options;
 use super::plan::{Plan, PlannedLog};
 use crate::common::Common;
 use crate::exit::{FailureKind, Unreadable, one_line};
+use crate::options::{Asked, Out, scoring};
 use crate::say::{Printed, say};
 use crate::score;
-use crate::settings::ResourceArgs;
 
 /// What becomes of logs whose results are not in the cache.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Unkept<'a> {
-    /// They are scored, by these means.
-    Scored(&'a ResourceArgs),
-    /// They are passed over, and that is told.
-    Told,
+    /// They are scored, with the memory, threads and folder that were given.
+    Scored(&'a Asked),
+    /// They are skipped; a message says so.
+    Skipped,
 }
 
 /// How results are got.
@@ -42,7 +42,7 @@ impl Scoring<'_> {
                 Err(error) if FailureKind::of(&error) == FailureKind::Interrupted => return Err(error),
                 Err(error) if error.is::<NotKept>() => return Err(error),
                 Err(error) => {
-                    // Results do not tell of folders.
+                    // Results do not name folders.
                     let problem = one_line(&error).replace(&format!("{}/", plan.folder.display()), "");
                     say!(self.common.host, "{place}: not scored: {problem}");
                     (Err(problem), None)
@@ -86,20 +86,20 @@ impl Scoring<'_> {
                 *found += 1;
                 return Ok((*report, shown));
             }
-            Found::Damaged(why) if matches!(self.unkept, Unkept::Told) => {
+            Found::Damaged(why) if matches!(self.unkept, Unkept::Skipped) => {
                 anyhow::bail!("{shown} is damaged: {why}")
             }
             Found::Damaged(why) => {
                 say!(self.common.host, "{place}: scored again, as {shown} is damaged: {why}");
             }
-            Found::Failed(problem) if matches!(self.unkept, Unkept::Told) => anyhow::bail!(problem),
+            Found::Failed(problem) if matches!(self.unkept, Unkept::Skipped) => anyhow::bail!(problem),
             Found::Failed(_) | Found::Missing => {}
         }
-        let Unkept::Scored(means) = self.unkept else { anyhow::bail!("its result is not in the cache") };
+        let Unkept::Scored(asked) = self.unkept else { anyhow::bail!("its result is not in the cache") };
         if !self.common.quiet {
             say!(self.common.host, "{place}: scoring {} versions", log.runs.len());
         }
-        let text = self.score(log, means)?;
+        let text = self.score(log, asked)?;
         kept.keep(&file, &text).map_err(|error| error.context(NotKept))?;
         match kept.find(&file, log) {
             Found::Whole(report) => Ok((*report, shown)),
@@ -111,11 +111,13 @@ impl Scoring<'_> {
     }
 
     /// What `dmp score` prints.
-    fn score(&self, log: &PlannedLog, means: &ResourceArgs) -> anyhow::Result<String> {
-        let parsed = arguments::parsed(&log.arguments()).map_err(crate::exit::Usage)?;
+    fn score(&self, log: &PlannedLog, asked: &Asked) -> anyhow::Result<String> {
+        let means = scoring::MEANS.iter().flat_map(|means| asked.as_arguments(*means));
+        let arguments: Vec<String> = means.chain(log.arguments()).collect();
+        let parsed = options::parsed(&arguments).map_err(crate::exit::Usage)?;
         let mut bytes = Vec::new();
-        let mut out = Printed::new(&mut bytes);
-        score::run(&parsed.with_resources(means), self.common, &mut out)?;
+        let mut out: Out<'_> = Printed::new(&mut bytes as &mut dyn std::io::Write);
+        score::run(&parsed, self.common, &mut out)?;
         std::io::Write::flush(&mut out)?;
         drop(out);
         Ok(String::from_utf8_lossy(&bytes).into_owned())

@@ -1,37 +1,18 @@
 //! `dmp truth`: comparison with ground truth.
 
-mod ape;
 mod compare;
-mod compare_args;
 mod compared;
+mod files;
 mod plot;
 mod results_zip;
-mod rpe;
 mod smd;
-mod study;
-mod told;
+mod summary;
 
-use clap::Subcommand;
+use crate::options::Spec;
 
-use crate::common::Common;
-use crate::exit::Exit;
-
-/// Compare with ground truth
-#[derive(Debug, Subcommand)]
-pub(crate) enum Truth {
-    Ape(ape::ApeArgs),
-    Rpe(rpe::RpeArgs),
-    Smd(Box<smd::SmdArgs>),
-    Study(Box<study::StudyArgs>),
-}
-
-impl Truth {
-    pub(crate) fn run(&self, common: &Common, out: &mut impl std::io::Write) -> anyhow::Result<Exit> {
-        match self {
-            Self::Ape(arguments) => ape::run(arguments, common, out),
-            Self::Rpe(arguments) => rpe::run(arguments, common, out),
-            Self::Smd(arguments) => smd::run(arguments, common, out),
-            Self::Study(arguments) => study::run(arguments, common, out),
-        }
-    }
-}
+pub(crate) static SPEC: Spec = Spec {
+    name: "truth",
+    about: "Compare with ground truth",
+    commands: &[&compare::APE, &compare::RPE, &smd::SPEC],
+    ..Spec::EMPTY
+};

@@ -2,68 +2,48 @@
 
 use std::io::{Seek, Write};
 
-use dmp_truth::trajectory::{Errors, PosePath, Prepared, Statistics, quaternion_xyzw};
+use dmp_truth::trajectory::Prepared;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
-/// What goes into the file.
-pub(super) struct Contents<'a> {
-    pub(super) metric: &'a str,
-    pub(super) title: &'a str,
-    /// Reference and estimate.
-    pub(super) names: &'a [String; 2],
-    pub(super) stats: &'a Statistics,
-    pub(super) errors: &'a Errors,
-    pub(super) prepared: &'a Prepared,
-    pub(super) trajectories: bool,
-}
+use super::compared::Compared;
 
-impl Contents<'_> {
-    /// Writes the file. The same contents give the same bytes.
-    pub(super) fn write(&self, file: impl Write + Seek) -> std::io::Result<()> {
-        let mut zip = ZipWriter::new(file);
-        let label = format!("{} ({})", self.metric.to_uppercase(), self.errors.unit.name());
-        let [reference, estimate] = self.names;
-        let info = serde_json::json!({
-            "title": self.title, "ref_name": reference, "est_name": estimate, "label": label
-        });
-        let stats: serde_json::Map<_, _> =
-            self.stats.named().into_iter().map(|(name, value)| (name.to_owned(), value.into())).collect();
-        entry(&mut zip, "info.json", info.to_string().as_bytes())?;
-        entry(&mut zip, "stats.json", serde_json::Value::Object(stats).to_string().as_bytes())?;
-        array(&mut zip, "error_array", &[self.errors.values.len()], &self.errors.values)?;
+/// Writes the file of a run. The same contents give the same bytes.
+pub(super) fn write(metric: &str, run: &Compared, file: impl Write + Seek) -> std::io::Result<()> {
+    let Compared { names: [reference, estimate], title, errors, prepared, .. } = run;
+    let mut zip = ZipWriter::new(file);
+    let label = format!("{} ({})", metric.to_uppercase(), errors.unit.name());
+    let info =
+        serde_json::json!({"title": title, "ref_name": reference, "est_name": estimate, "label": label});
+    let stats: serde_json::Map<_, _> =
+        run.stats.named().into_iter().map(|(name, value)| (name.to_owned(), value.into())).collect();
+    entry(&mut zip, "info.json", info.to_string().as_bytes())?;
+    entry(&mut zip, "stats.json", serde_json::Value::Object(stats).to_string().as_bytes())?;
+    array(&mut zip, "error_array", &[errors.values.len()], &errors.values)?;
 
-        // The pose at the start has no relative error of its own, but distances are counted from it.
-        let relative = self.metric == "rpe";
-        let first = relative.then_some(0);
-        let kept: Vec<usize> = first.into_iter().chain(self.errors.poses.iter().copied()).collect();
-        let [of_reference, of_estimate] =
-            [&self.prepared.reference, &self.prepared.estimate].map(|path| path.select(&kept));
-        if let Some(stamps_s) = of_estimate.stamps_s() {
-            let from = usize::from(relative);
-            let start_s = stamps_s.first().copied().unwrap_or_default();
-            let seconds: Vec<f64> = stamps_s.iter().map(|stamp| stamp - start_s).collect();
-            for (name, values) in [
-                ("seconds_from_start", &seconds[..]),
-                ("timestamps", stamps_s),
-                ("distances_from_start", &of_reference.distances_m()),
-                ("distances", &of_estimate.distances_m()),
-            ] {
-                array(&mut zip, name, &[values.len() - from], &values[from..])?;
-            }
+    // The pose at the start has no relative error of its own, but distances are counted from it.
+    let relative = metric == "rpe";
+    let first = relative.then_some(0);
+    let kept: Vec<usize> = first.into_iter().chain(errors.poses.iter().copied()).collect();
+    let Prepared { reference, estimate, .. } = prepared;
+    let [of_reference, of_estimate] = [reference, estimate].map(|path| path.select(&kept));
+    if let Some(stamps_s) = of_estimate.stamps_s() {
+        let from = usize::from(relative);
+        let start_s = stamps_s.first().copied().unwrap_or_default();
+        let seconds: Vec<f64> = stamps_s.iter().map(|stamp| stamp - start_s).collect();
+        for (name, values) in [
+            ("seconds_from_start", &seconds[..]),
+            ("timestamps", stamps_s),
+            ("distances_from_start", &of_reference.distances_m()),
+            ("distances", &of_estimate.distances_m()),
+        ] {
+            array(&mut zip, name, &[values.len() - from], &values[from..])?;
         }
-        if let Some(moved_by) = self.prepared.moved_by {
-            array(&mut zip, "alignment_transformation_sim3", &[4, 4], moved_by.rows().as_flattened())?;
-        }
-        if self.trajectories {
-            // Under one name there can be one trajectory: the estimate, as in evo.
-            if reference != estimate {
-                trajectory(&mut zip, reference, &of_reference)?;
-            }
-            trajectory(&mut zip, estimate, &of_estimate)?;
-        }
-        zip.finish()?.flush()
     }
+    if let Some(moved_by) = prepared.moved_by {
+        array(&mut zip, "alignment_transformation_sim3", &[4, 4], moved_by.rows().as_flattened())?;
+    }
+    zip.finish()?.flush()
 }
 
 fn entry(zip: &mut ZipWriter<impl Write + Seek>, name: &str, bytes: &[u8]) -> std::io::Result<()> {
@@ -91,22 +71,4 @@ fn array(
     bytes.extend(format!("{heading:<width$}\n").as_bytes());
     bytes.extend(values.iter().flat_map(|value| value.to_le_bytes()));
     entry(zip, &format!("{name}.npy"), &bytes)
-}
-
-fn trajectory(zip: &mut ZipWriter<impl Write + Seek>, name: &str, path: &PosePath) -> std::io::Result<()> {
-    let mut text = Vec::new();
-    for (k, pose) in path.poses().iter().enumerate() {
-        let (r, t) = (&pose.rotation, &pose.position_m);
-        let numbers = match path.stamps_s() {
-            Some(stamps_s) => {
-                let [x, y, z, w] = quaternion_xyzw(pose);
-                vec![stamps_s[k], t.x, t.y, t.z, x, y, z, w]
-            }
-            None => (0..3).flat_map(|i| [r[(i, 0)], r[(i, 1)], r[(i, 2)], t[i]]).collect(),
-        };
-        let columns: Vec<String> = numbers.iter().map(|number| format!("{number:.18e}")).collect();
-        writeln!(text, "{}", columns.join(" "))?;
-    }
-    let suffix = if path.stamps_s().is_some() { "tum" } else { "kitti" };
-    entry(zip, &format!("{name}.{suffix}"), &text)
 }

@@ -26,7 +26,7 @@ const ARROW: f64 = 48.0;
 const FACTORS: [f64; 7] = [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0];
 /// Colours go from the one to the other, alike for each factor, metres of a drive.
 const COLOURS_M: [f64; 2] = [0.01, 10.0];
-/// A displacement is told of a place where it is so many times as long as its standard deviations together.
+/// The smallest ratio of displacement to standard deviation for which a place has it.
 const SIGMAS: f64 = 3.0;
 /// Visits within this of a worst place tell of it, metres of a drive beyond its radius.
 const NEAR_M: f64 = 5.0;
@@ -48,8 +48,8 @@ pub(super) fn drift(report: &Report, pictures: Option<&Pictures>) -> String {
     let caption = format!("{}; less is better", pairs_in_words(drift));
     body.push_str(&table(&caption, &heads.concat(), &ordered.map(row).collect::<Vec<_>>()));
     body.push_str(&paragraph(
-        "Where a run visits a place twice, both visits see the same surfaces. The motion that brings those of one onto those of the \
-         other is what the run is off by between them.",
+        "Where a run visits a place twice, both visits see the same surfaces. The motion that aligns them is the drift between the \
+         visits.",
     ));
     let is_any_off = (0..drift.runs.len()).any(|run| offs(drift, run).next().is_some());
     if let Some(pictures) = pictures.filter(|_| is_any_off) {
@@ -65,7 +65,7 @@ pub(super) fn frame_of(pictures: &Pictures) -> FrameOf {
     pictures.frames.iter().enumerate().map(|(index, frame)| (frame.number, index)).collect()
 }
 
-/// What a run is off by at the pairs of visits that have an answer.
+/// The drift of a run at the pairs of visits that have an answer.
 fn offs(drift: &DriftReport, run: usize) -> impl Iterator<Item = ([&VisitReport; 2], &Displacement)> {
     drift.visits.iter().filter_map(move |visit| {
         let off = visit.runs.get(run)?.off.as_ref()?;
@@ -83,8 +83,8 @@ fn ways(drift: &DriftReport, pictures: &Pictures) -> String {
     let frame_of = frame_of(pictures);
     let figures: Vec<String> = drawn.iter().filter_map(|&run| way(drift, pictures, &frame_of, run)).collect();
     let mut text = paragraph(
-        "Visits that were compared are coloured by what the run is off by between them. Arrows lead from where the surfaces of the \
-         later visit are to where the run put them, seen from the earlier one, many times too long; hover for numbers.",
+        "Compared visits are coloured by the drift between them. An arrow leads from where a surface is to where the later visit \
+         has it, exaggerated; hover for numbers.",
     );
     let metre_m = pictures.scales.lengths().metre_m;
     let [least, most] =
@@ -147,8 +147,8 @@ fn way(drift: &DriftReport, pictures: &Pictures, frame_of: &FrameOf, run: usize)
         arrows.push_str(&arrow(tip, shift, &colour, &in_numbers(visits, off)));
     }
     let frame = Frame { width: WIDTH, height, units_per_m };
-    let svg = frame.svg(&format!("Way of {name} from above, with drift"), &(drawing + &arrows), Some("y"));
-    let times = if factor > 1.0 { format!("; arrows {factor} times too long") } else { String::new() };
+    let svg = frame.svg(&format!("Path of {name} from above, with drift"), &(drawing + &arrows), Some("y"));
+    let times = if factor > 1.0 { format!("; arrows exaggerated {factor} times") } else { String::new() };
     let caption = format!("<strong>{}</strong>{times}", escape(name));
     Some(figure(&svg, &caption))
 }
@@ -176,9 +176,9 @@ fn arrow([x, y]: [f64; 2], [dx, dy]: [f64; 2], colour: &str, words: &str) -> Str
     text
 }
 
-/// `scans 12 and 480: off by 59 cm: 58 cm to the left; rotation 0.2°`.
+/// `scans 12 and 480: drift 59 cm: 58 cm to the left; rotation 0.2°`.
 fn in_numbers([first, second]: [&VisitReport; 2], off: &Displacement) -> String {
-    let whole = off.distance_m.map_or_else(String::new, |m| format!("off by {}: ", metres(m)));
+    let whole = off.distance_m.map_or_else(String::new, |m| format!("drift {}: ", metres(m)));
     let angle = crate::text::digits(off.angle_deg);
     format!("scans {} and {}: {whole}{}; rotation {angle}°", first.scan, second.scan, which_way(off))
 }
@@ -203,10 +203,5 @@ pub(super) fn at_place(
     let near =
         offs(drift, run).filter(|(visits, off)| is_known(off) && visits.iter().any(|visit| is_near(visit)));
     let (visits, off) = near.max_by(|a, b| length_m(a.1).total_cmp(&length_m(b.1)))?;
-    Some(format!(
-        "Against what scans {} and {} both see, the run has the later ones displaced: {}.",
-        visits[0].scan,
-        visits[1].scan,
-        which_way(off)
-    ))
+    Some(format!("Drift between scans {} and {} here: {}.", visits[0].scan, visits[1].scan, which_way(off)))
 }

@@ -128,13 +128,13 @@
       if (view[2] < home[2]) { from = at(event); svg.setPointerCapture(event.pointerId); }
     });
     svg.addEventListener("pointerup", () => { from = null; });
-    const told = make("output", { class: "told" });
-    svg.after(told);
-    svg.addEventListener("pointerleave", () => { told.textContent = ""; });
+    const readout = make("output", { class: "readout" });
+    svg.after(readout);
+    svg.addEventListener("pointerleave", () => { readout.textContent = ""; });
     svg.addEventListener("pointermove", (event) => {
       const here = at(event);
       if (from) { move(from.x - here.x, from.y - here.y); return; }
-      told.textContent = scanAt(svg, event) ?? placeAt(svg, here) ?? valueAt(svg, here) ?? "";
+      readout.textContent = scanAt(svg, event) ?? placeAt(svg, here) ?? valueAt(svg, here) ?? "";
     });
   };
   // A map: metres in the world of the run.
@@ -162,11 +162,11 @@
     let best = null;
     for (const line of all("polyline[data-scans]:not(.off)", svg)) {
       const matrix = svg.getScreenCTM();
-      const told = line.dataset.scans.split(";");
+      const scans = line.dataset.scans.split(";");
       [...line.points].forEach((point, k) => {
         const placed = point.matrixTransform(matrix);
         const apart = Math.hypot(placed.x - event.clientX, placed.y - event.clientY);
-        if (apart < 20 && (!best || apart < best.apart)) best = { apart, text: `${line.dataset.run}: ${told[k]}` };
+        if (apart < 20 && (!best || apart < best.apart)) best = { apart, text: `${line.dataset.run}: ${scans[k]}` };
       });
     }
     return best?.text ?? null;

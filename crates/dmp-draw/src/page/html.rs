@@ -3,6 +3,39 @@
 use crate::plot::escape;
 use crate::text::NONE;
 
+const STYLE: &str = include_str!("style.css");
+
+/// A whole page: one file that needs nothing else, light or dark as its reader likes. Its parts are elements, but for the title.
+pub(super) struct Document<'a> {
+    pub(super) version: &'a str,
+    pub(super) title: &'a str,
+    /// What the page may load beside its styles, as a policy of content security: `img-src data:;`.
+    pub(super) policy: &'a str,
+    /// Below the title.
+    pub(super) lead: &'a str,
+    /// Between head and body.
+    pub(super) contents: &'a str,
+    pub(super) main: &'a str,
+    pub(super) footer: &'a str,
+    pub(super) scripts: &'a str,
+}
+
+impl Document<'_> {
+    pub(super) fn to_html(&self) -> String {
+        let Self { policy, lead, contents, main, footer, scripts, .. } = self;
+        let [version, title] = [self.version, self.title].map(escape);
+        format!(
+            "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" \
+             content=\"width=device-width, initial-scale=1\">\n<meta http-equiv=\"Content-Security-Policy\" \
+             content=\"default-src 'none'; {policy}style-src 'unsafe-inline'\">\n<meta name=\"generator\" \
+             content=\"dmp {version}\">\n<title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n\
+             <header><h1>{title}</h1>\n{lead}</header>\n{contents}<main>\n{main}</main>\n<footer>\n{}</footer>\n\
+             {scripts}</body>\n</html>\n",
+            paragraph(footer)
+        )
+    }
+}
+
 /// A section with a heading; nothing where there is nothing in it.
 pub(super) fn section(id: &str, heading: &str, body: &str) -> String {
     if body.is_empty() {
@@ -111,28 +144,4 @@ pub(super) fn bar(from: &str, colours: &[[u8; 3]], to: &str) -> String {
         stops.join(","),
         escape(to)
     )
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn names_cannot_break_a_page() {
-        let nasty = "<b>&\"'";
-        for element in [
-            section("x", nasty, "y"),
-            paragraph(nasty),
-            head(nasty, nasty, "name"),
-            cell(nasty, ""),
-            table(nasty, &[], &[]),
-            terms([(nasty, nasty.to_owned())]),
-            keys([("#000".to_owned(), nasty)]),
-            line_keys([("stroke=\"#000\"".to_owned(), nasty.to_owned())]),
-            bar(nasty, &[[1, 2, 3]], nasty),
-        ] {
-            assert!(!element.contains("<b>") && element.contains("&lt;b&gt;&amp;&quot;&#39;"), "{element}");
-        }
-        assert_eq!(section("x", "y", ""), "");
-    }
 }

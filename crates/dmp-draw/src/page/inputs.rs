@@ -24,7 +24,7 @@ fn log(report: &Report) -> String {
         let [first_s, last_s] = [first_ns, last_ns].map(|ns| ns as f64 / 1e9);
         format!("{first_s:.3} to {last_s:.3} s, {}", duration(last_s - first_s))
     });
-    let mut told = vec![
+    let mut lines = vec![
         ("file", inputs.log.clone()),
         ("format", inputs.format.clone()),
         ("length", bytes(inputs.bytes)),
@@ -35,9 +35,9 @@ fn log(report: &Report) -> String {
         ("scans", format!("{} of {} used", count(inputs.scans_used as u64), count(inputs.scans as u64))),
     ];
     let notes = inputs.notes.iter().map(String::as_str).chain(inputs.without_checksums());
-    told.extend(notes.map(|note| ("note", note.to_owned())));
-    told.extend(inputs.damage.iter().map(|damage| ("lost", damage.clone())));
-    terms(told)
+    lines.extend(notes.map(|note| ("note", note.to_owned())));
+    lines.extend(inputs.damage.iter().map(|damage| ("lost", damage.clone())));
+    terms(lines)
 }
 
 fn runs(inputs: &InputReport) -> String {
@@ -88,7 +88,7 @@ fn pairing(run: &RunInputReport) -> String {
 
 fn settings(report: &Report) -> String {
     let config = &report.config;
-    // Where none is looked for, there is nothing to tell.
+    // Where none is looked for, there is no line.
     let vehicle = match config.ego.box_m() {
         Some([from, to]) => Some(format!("{}, {from:?} to {to:?} m", config.ego.name())),
         None if config.ego.cells == 0 && config.scales.lengths().ego_travel_m.is_none() => None,
@@ -96,7 +96,7 @@ fn settings(report: &Report) -> String {
     };
     let trails = match &report.free_space {
         Some(free_space) => format!(
-            "kept out of the maps: {} of {} returns, by {}",
+            "excluded from the maps: {} of {} returns, detected by {}",
             count(free_space.returns_left_out),
             count(free_space.returns_fused),
             free_space.votes.join(", ")
@@ -115,7 +115,7 @@ fn settings(report: &Report) -> String {
         let (scored, total) = (counted(sampling.frames_scored, "scan"), count(sampling.frames_total));
         format!("{scored} of {total}{seed}{looks}")
     };
-    let told = [
+    let lines = [
         ("dmp", report.dmp_version.clone()),
         ("scored", scored),
         (
@@ -129,7 +129,7 @@ fn settings(report: &Report) -> String {
         (
             "ranges",
             format!(
-                "{} to {} m, looked for up to {} m",
+                "{} to {} m, predicted up to {} m",
                 config.min_range_m, config.max_range_m, config.horizon_m
             ),
         ),
@@ -145,7 +145,7 @@ fn settings(report: &Report) -> String {
         }),
         ("trails", trails),
     ];
-    terms(told.into_iter().chain(vehicle.map(|vehicle| ("vehicle", vehicle))))
+    terms(lines.into_iter().chain(vehicle.map(|vehicle| ("vehicle", vehicle))))
 }
 
 /// The noise of the sensor, in words.

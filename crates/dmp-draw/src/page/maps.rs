@@ -48,8 +48,9 @@ pub(super) fn residuals(pictures: &Pictures, names: &[&str]) -> Result<String, p
     }
     let score = pictures.order.first().map_or(Basis::CrossValidated, |&best| pictures.bases[best]);
     let mut text = paragraph(&format!(
-        "Each cell has the root mean square of the residuals of the returns that lie in it ({score} at {cut_m} m). The line is \
-         the way of the sensor, from the dot; the arrow is the y axis of the run's world, north where that is east–north–up. Numbers are the run's worst places, and lead to them."
+        "Each cell has the RMS residual of the returns that lie in it ({score} at {cut_m} m). The line is the path of the sensor, \
+         from the dot. The arrow is the y axis of the run's world, north where that is east–north–up. Numbers link to the run's \
+         worst places."
     ));
     let left_out = pictures.order.len() - with_map().count();
     if left_out > 0 {
@@ -78,8 +79,7 @@ pub(super) fn difference(pictures: &Pictures, names: &[&str]) -> Result<String, 
     let image = difference.sides(top_m);
     let map = map(pictures, (first, &[]), &difference.grid, (&image, &side_colours()), size_m, &label)?;
     let caption = format!(
-        "<strong>{}</strong> against <strong>{}</strong>: difference of their root mean squares on the same returns, each \
-         where {} has it.",
+        "<strong>{}</strong> against <strong>{}</strong>: difference of their RMS residuals on the same returns, placed as in {}.",
         escape(names[first]),
         escape(names[second]),
         escape(names[first])
@@ -103,8 +103,8 @@ pub(super) fn coverage(pictures: &Pictures, names: &[&str]) -> Result<String, pn
     let image = ground.coverage();
     let map = map(pictures, (best, &[]), &ground.grid, (&image, &COVERAGE), extent_m(&ground.grid), &label)?;
     let text = paragraph(
-        "Only places that the sensor came back to tell whether the map holds together as a whole. Where nothing predicts the \
-         returns, nothing is known of the map.",
+        "Only revisited places show whether the map fits together as a whole. Where nothing predicts the returns, the map is not \
+         tested.",
     );
     let recording = pictures.scales.lengths().recording;
     let from_elsewhere = format!("predicted from other parts of the {recording}");

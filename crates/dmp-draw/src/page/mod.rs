@@ -25,15 +25,14 @@ use crate::seen::metre_decimals;
 use crate::text::count;
 use crate::{histogram, profile};
 use explore::SCRIPT;
-use html::{figure, keys, list, paragraph, section, wide};
+use html::{Document, figure, keys, list, paragraph, section, wide};
 pub use suite::suite_page;
 pub use truth::truth_page;
 
-/// Runs with a line in plots: there are so many colours that are told apart.
+/// Runs with a line in plots: as many as there are colours.
 const LINES: usize = 6;
 /// Size of a plot, pixels.
 const PLOT_PX: [f64; 2] = [480.0, 300.0];
-const STYLE: &str = include_str!("style.css");
 
 /// What a page is made of.
 #[derive(Debug, Clone, Copy)]
@@ -62,11 +61,7 @@ pub fn page(input: &PageInput<'_>) -> Result<String, png::EncodingError> {
     let mut main = verdict(input);
     main.push_str(&warnings(report));
     main.push_str(&section("ranking", "Ranking", &ranking::ranking(report)));
-    main.push_str(&section(
-        "drift",
-        &format!("Drift where the {} comes back", report.config.scales.lengths().recording),
-        &drift::drift(report, input.pictures),
-    ));
+    main.push_str(&section("drift", "Drift at revisits", &drift::drift(report, input.pictures)));
     match input.pictures {
         Some(pictures) => {
             if let Some(reference) = input.reference {
@@ -77,26 +72,21 @@ pub fn page(input: &PageInput<'_>) -> Result<String, png::EncodingError> {
         }
         None => main.push_str(&section("where", "Where", &paragraph(without_pictures(report)))),
     }
-    main.push_str(&section("inputs", "What went in", &inputs::inputs(report)));
-    let (contents, data) = (explore::contents(&main), explore::data(report));
-    Ok(format!(
-        "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" \
-         content=\"width=device-width, initial-scale=1\">\n<meta http-equiv=\"Content-Security-Policy\" content=\"default-src \
-         'none'; img-src data:; style-src 'unsafe-inline'; script-src '{}' '{}'\">\n<meta name=\"generator\" content=\"dmp {}\">\n\
-         <title>{}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<header><h1>{}</h1>\n{}</header>\n{contents}<main>\n{main}</main>\n\
-         <footer>\n{}</footer>\n{data}<script>{SCRIPT}</script>\n<script>{}</script>\n</body>\n</html>\n",
-        explore::SCRIPT_HASH,
-        cloud::SCRIPT_HASH,
-        escape(&report.dmp_version),
-        escape(&title),
-        escape(&title),
-        extent(report),
-        paragraph(
-            "Made by dmp: the Dense Map Posterior (Zhang & Chen, ICIP 2021) for LiDARs and depth cameras, without ground truth. Scores \
-             compare runs of this log under these settings only."
-        ),
-        cloud::SCRIPT
-    ))
+    main.push_str(&section("inputs", "Inputs and settings", &inputs::inputs(report)));
+    let scripts =
+        format!("{}<script>{SCRIPT}</script>\n<script>{}</script>\n", explore::data(report), cloud::SCRIPT);
+    let document = Document {
+        version: &report.dmp_version,
+        title: &title,
+        policy: &format!("img-src data:; script-src '{}' '{}'; ", explore::SCRIPT_HASH, cloud::SCRIPT_HASH),
+        lead: &extent(report),
+        contents: &explore::contents(&main),
+        main: &main,
+        footer: "Made by dmp: the Dense Map Posterior (Zhang & Chen, ICIP 2021) for LiDARs and depth cameras, without ground \
+                 truth. Scores compare runs of this log under these settings only.",
+        scripts: &scripts,
+    };
+    Ok(document.to_html())
 }
 
 fn log_name(report: &Report) -> &str {
@@ -114,7 +104,10 @@ fn extent(report: &Report) -> String {
         way_m if way_m < 1000.0 => format!("{way_m:.*} m", metre_decimals(report.config.scales)),
         way_m => format!("{:.1} km", way_m / 1e3),
     };
-    format!("<p class=\"muted\">{scored} scored, {} returns, {way} of way</p>\n", count(inputs.returns_used))
+    format!(
+        "<p class=\"muted\">{scored} scored, {} returns, {way} travelled</p>\n",
+        count(inputs.returns_used)
+    )
 }
 
 fn verdict(input: &PageInput<'_>) -> String {
@@ -138,11 +131,10 @@ fn warnings(report: &Report) -> String {
 fn without_pictures(report: &Report) -> &'static str {
     match report.sampling.places {
         Some(_) => {
-            "A quick score makes a map for each place that was drawn and none of the whole: to see where a run is wrong, score \
-             the whole log."
+            "A quick score has small maps of the drawn places only. Score the whole log to see where a run is wrong."
         }
         None => {
-            "This page was made from saved results, which hold no maps: `dmp score --report` shows where runs are wrong."
+            "This page was made from saved results, which hold no maps. `dmp score --report` shows where runs are wrong."
         }
     }
 }
@@ -164,15 +156,12 @@ fn where_and_when(report: &Report, pictures: &Pictures) -> Result<String, png::E
     let over_way = profile::over_way(pictures, &lines, score).to_element(width, height);
     let by_size = histogram::by_size(&pictures.histograms, &lines).to_element(width, height);
     let plots = [
-        figure(&over_time, "how wrong the prediction is over time"),
-        figure(&over_way, "and over the way"),
-        figure(
-            &by_size,
-            "negative: the map has it behind the return; positive: it has something in front of it",
-        ),
+        figure(&over_time, "residuals over time"),
+        figure(&over_way, "residuals over the path"),
+        figure(&by_size, "negative: the map has the surface behind the return; positive: in front of it"),
     ];
     let drawn = paragraph(&format!(
-        "Maps, pictures and the histogram show {} of {} returns, drawn evenly; scores are of all.",
+        "Maps, pictures and the histogram show {} of {} returns, sampled evenly; scores use all.",
         count(pictures.sampled),
         count(report.inputs.returns_used)
     ));
@@ -185,7 +174,7 @@ fn where_and_when(report: &Report, pictures: &Pictures) -> Result<String, png::E
         &maps::difference(pictures, &names)?,
     ));
     sections.push_str(&section("cloud", "The maps in three dimensions", &cloud::clouds(pictures, &names)?));
-    sections.push_str(&section("coverage", "What the maps can tell", &maps::coverage(pictures, &names)?));
+    sections.push_str(&section("coverage", "What the maps can show", &maps::coverage(pictures, &names)?));
     sections.push_str(&section("profile", "When, and how much", &(key + &wide(&plots) + &drawn)));
     sections.push_str(&section(
         "places",

@@ -16,7 +16,7 @@ use crate::worst::{Pass, WorstPlace};
 
 /// The plot over time, to which places lead.
 pub(super) const TIME_PLOT: &str = "over-time";
-/// Passes told of a place.
+/// Passes listed of a place.
 const PASSES: usize = 4;
 /// So many runs have their places shown at once; those of others are behind a click.
 const OPEN: usize = 2;
@@ -31,9 +31,8 @@ pub(super) fn places(
         return Ok(String::new());
     }
     let mut body = paragraph(
-        "Stretches of the way where a run predicts worse than another one, or where it is worst if no run is clearly better \
-         there. Times count from the first scan of the log; where the sensor comes by more than once, the pass that is most \
-         off stands first.",
+        "Stretches of the path where a run predicts worse than another one, or where it is worst if no run is clearly better. \
+         Times count from the first scan of the log. Of several passes, the one with the largest residuals stands first.",
     );
     let fits = format!("returns predicted to {} cm", 10.0 * pictures.scales.lengths().metre_m);
     let words = [
@@ -78,10 +77,10 @@ fn article(
     let basis = pictures.bases[place.run];
     let [fine_m, wide_m] = judged_by_m(pictures.scales);
     let misses = |score: &FrameScore| score.misses(pictures.scales);
-    let own = format!("Off by {} ({basis} at {fine_m} and {wide_m} m)", misses(&place.score));
+    let own = format!("Residuals of {} ({basis} at {fine_m} and {wide_m} m)", misses(&place.score));
     let best = match &place.best {
         Some((best, score)) => {
-            format!("{own}; <strong>{}</strong> by {}.", escape(names[*best]), misses(score))
+            format!("{own}; <strong>{}</strong> has {}.", escape(names[*best]), misses(score))
         }
         None if names.len() > 1 => format!("{own}; no other run is clearly better."),
         None => format!("{own}."),
@@ -185,7 +184,7 @@ fn views(
         &format!("Place {number} of {name} from the side"),
         None,
     )?;
-    Ok(figure(&above, "from above") + &figure(&side, "from the side, the way going to the right"))
+    Ok(figure(&above, "from above") + &figure(&side, "from the side, travelling to the right"))
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use dmp::Report;
 
 use super::html::{cell, head, table, terms};
-use crate::columns::{Ranking, RankingRow};
+use crate::columns::{Ranking, RankingRow, legend, more_is_better};
 use crate::plot::escape;
 use crate::text::{NONE, confidence, digits};
 
@@ -16,7 +16,7 @@ pub(super) fn ranking(report: &Report) -> String {
     let top_m2 =
         ranking.rows.iter().filter_map(|row| row.interval_m2).map(|[_, high]| high).fold(0.0, f64::max);
     let mut heads: Vec<String> =
-        ranking.columns.iter().map(|column| head(&unbroken(&column.title()), column.unit, "")).collect();
+        ranking.columns.iter().map(|column| head(&unbroken(&column.title()), column.unit(), "")).collect();
     let interval_title = format!("{} interval", confidence(report.promise.confidence));
     heads.insert(1, head(&interval_title, ranking.unit(), ""));
     heads.splice(0..0, [head("rank", "", ""), head("run", "", "name")]);
@@ -27,13 +27,10 @@ pub(super) fn ranking(report: &Report) -> String {
         cells.splice(0..0, [cell(&row.rank, ""), name]);
         cells
     };
-    let caption = if ranking.rows.iter().all(RankingRow::has_a_rank_of_its_own) {
-        "Best first; less is better, but for coverage and revisit"
-    } else {
-        "Best first; less is better, but for coverage and revisit; = no run of that rank is decided to be better"
-    };
+    let caption = format!("Best first; less is better, but for {}", more_is_better());
     let rows: Vec<Vec<String>> = ranking.rows.iter().map(row).collect();
-    table(caption, &heads, &rows) + &meanings(report)
+    let shown: Vec<&str> = ranking.columns.iter().map(|column| column.column.name).collect();
+    table(&caption, &heads, &rows) + &terms(legend(report, &shown))
 }
 
 /// A number stays on the line of its unit.
@@ -57,45 +54,4 @@ fn whisker(ranking: &Ranking<'_>, row: &RankingRow<'_>, top_m2: f64) -> String {
          stroke=\"var(--ink)\" stroke-width=\"1.5\"/><circle cx=\"{at:.1}\" cy=\"7\" r=\"4\" fill=\"var(--accent)\"/></svg>\
          <br>{low} to {high}"
     )
-}
-
-fn meanings(report: &Report) -> String {
-    let cross_validated = report.is_cross_validated();
-    let rms = "root mean square of measured minus predicted range, cut off at the length beside it";
-    let scales = report.config.scales;
-    let lengths = scales.lengths();
-    let (recording, widest_m, blocked_m) = (lengths.recording, lengths.widest_m(), lengths.blocked_m);
-    let missing_m = widest_m * report.config.miss_price.sqrt();
-    let mut meanings = Vec::new();
-    if cross_validated {
-        meanings.push((
-            "R_cv",
-            format!(
-                "{rms}; predicted from other parts of the {recording}, so that no scan vouches for itself; at {widest_m} m a return counts \
-                 {} m where that is impossible",
-                digits(missing_m)
-            ),
-        ));
-        meanings
-            .push(("R_near", "the same with the nearest surfel on the ray, whenever it was seen".to_owned()));
-    } else {
-        meanings.push(("R_near", format!("{rms}; predicted by the nearest surfel on the ray")));
-    }
-    meanings.push((
-        "DMP",
-        "mean square to the first surfel on the ray, not cut off (Zhang & Chen 2021)".to_owned(),
-    ));
-    if cross_validated {
-        meanings.push((
-            "coverage",
-            format!(
-                "returns predicted from other parts of the {recording}; revisit: from another visit to the place"
-            ),
-        ));
-    }
-    meanings.push((
-        "miss",
-        format!("rays that hit nothing; blocked: that hit something over {blocked_m} m too early"),
-    ));
-    terms(meanings)
 }

@@ -1,4 +1,4 @@
-//! Where the run that is taken to be true is worse than others.
+//! Where the reference run is worse than others.
 
 use dmp::Report;
 
@@ -13,7 +13,7 @@ use crate::worst::contests;
 /// How the other runs compare with the run of this name, and where they are better.
 pub(super) fn reference(report: &Report, pictures: &Pictures, name: &str) -> String {
     let Some(one) = report.runs.iter().position(|run| run.name == name) else {
-        return paragraph(&format!("{name} is left out: see the warnings."));
+        return paragraph(&format!("{name} is excluded: see the warnings."));
     };
     let contests = contests(&pictures.frames, report.runs.len(), one, pictures.scales);
     let others = || pictures.order.iter().copied().filter(|&run| run != one);
@@ -21,8 +21,8 @@ pub(super) fn reference(report: &Report, pictures: &Pictures, name: &str) -> Str
         return paragraph("There is no other run to compare it with.");
     }
     let mut body = paragraph(&format!(
-        "{name} is taken to be true. Published trajectories are wrong in places too: where another run's map predicts its \
-         own scans clearly better, the reference is the first to doubt. A stretch of a few {}s tells little by itself.",
+        "{name} is the reference. Published trajectories are wrong in places too: where another run's map predicts its own scans \
+         clearly better, doubt the reference first. A stretch of a few {}s is weak evidence.",
         pictures.scales.lengths().reach_units[0]
     ));
     let [fine_m, wide_m] = judged_by_m(pictures.scales);
@@ -46,11 +46,11 @@ pub(super) fn reference(report: &Report, pictures: &Pictures, name: &str) -> Str
     };
     let heads = [
         head("run", "", "name"),
-        head("better than the reference", "m of way", ""),
-        head("worse", "m of way", ""),
-        head("alike", "m of way", ""),
-        head("at the worst, the reference misses by", &at, ""),
-        head("the run by", &at, ""),
+        head("better than the reference", "m travelled", ""),
+        head("worse", "m travelled", ""),
+        head("alike", "m travelled", ""),
+        head("at the worst, residuals of the reference", &at, ""),
+        head("of the run", &at, ""),
     ];
     let rows: Vec<_> = others().map(row).collect();
     body.push_str(&table("Each run against the reference, stretch by stretch", &heads, &rows));
@@ -64,7 +64,7 @@ fn worse(report: &Report, pictures: &Pictures, one: usize) -> String {
         let (best, score) = place.best.as_ref()?;
         let when = place.passes.first().map_or_else(String::new, |pass| times(pictures, pass));
         Some(format!(
-            "<a href=\"#place-{one}-{}\">{}</a>: off by {}, {} by {}",
+            "<a href=\"#place-{one}-{}\">{}</a>: residuals of {}, {} has {}",
             number + 1,
             escape(&when),
             place.score.misses(pictures.scales),

@@ -2,10 +2,9 @@
 
 use dmp::{LogPairReport, Outcome, SuiteReport, Verdict};
 
-use super::STYLE;
-use super::html::{cell, head, list, paragraph, section, table};
+use super::html::{Document, cell, head, list, paragraph, section, table};
 use crate::plot::escape;
-use crate::suite_told::{ToldVersions, log_word, p_value, suite_answer, suite_promise, told_versions};
+use crate::suite_words::{OrderedVersions, log_word, ordered_versions, p_value, suite_answer, suite_promise};
 use crate::text::{NONE, count, counted};
 
 /// The page: one file that needs nothing else, light or dark as its reader likes, without scripts. `remarks` are sentences to
@@ -15,28 +14,26 @@ pub fn suite_page(report: &SuiteReport, remarks: &[String]) -> String {
         [old, new] => format!("{old} or {new}: which makes the better maps?"),
         _ => "Which version makes the better maps?".to_owned(),
     };
-    let told = told_versions(report);
-    let mut main = verdict(report, &told, remarks);
+    let pairs = ordered_versions(report);
+    let mut main = verdict(report, &pairs, remarks);
     let warnings =
         section("warnings", "Warnings", &list("<ul>", report.warnings.iter().map(|text| escape(text))));
     main.push_str(&warnings.replacen("<section", "<section class=\"warnings\"", 1));
-    main.push_str(&section("overall", "Over all logs", &(counts(&told) + &effects(report, &told))));
+    main.push_str(&section("overall", "Over all logs", &(counts(&pairs) + &effects(report, &pairs))));
     main.push_str(&section("logs", "Every log, worst first", &matrix(report)));
     main.push_str(&section("what", "What was scored", &scored(report)));
-    let title = escape(&title);
-    format!(
-        "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" \
-         content=\"width=device-width, initial-scale=1\">\n<meta http-equiv=\"Content-Security-Policy\" content=\"default-src \
-         'none'; style-src 'unsafe-inline'\">\n<meta name=\"generator\" content=\"dmp {}\">\n<title>{title}</title>\n\
-         <style>\n{STYLE}</style>\n</head>\n<body>\n<header><h1>{title}</h1>\n{}</header>\n<main>\n{main}</main>\n\
-         <footer>\n{}</footer>\n</body>\n</html>\n",
-        escape(&report.dmp_version),
-        extent(report),
-        paragraph(
-            "Made by dmp: the Dense Map Posterior (Zhang & Chen, ICIP 2021) for LiDARs and depth cameras, without ground truth. On \
-             each log all versions were scored together."
-        )
-    )
+    let document = Document {
+        version: &report.dmp_version,
+        title: &title,
+        policy: "",
+        lead: &extent(report),
+        contents: "",
+        main: &main,
+        footer: "Made by dmp: the Dense Map Posterior (Zhang & Chen, ICIP 2021) for LiDARs and depth cameras, without ground \
+                 truth. On each log all versions were scored together.",
+        scripts: "",
+    };
+    document.to_html()
 }
 
 fn extent(report: &SuiteReport) -> String {
@@ -51,15 +48,15 @@ fn extent(report: &SuiteReport) -> String {
     )
 }
 
-fn verdict(report: &SuiteReport, told: &[ToldVersions<'_>], remarks: &[String]) -> String {
-    let said = told.iter().map(|told| {
-        let verdict = escape(&told.verdict());
-        let strong = if told.pair.outcome == Outcome::Better {
+fn verdict(report: &SuiteReport, pairs: &[OrderedVersions<'_>], remarks: &[String]) -> String {
+    let said = pairs.iter().map(|ordered| {
+        let verdict = escape(&ordered.verdict());
+        let strong = if ordered.pair.outcome == Outcome::Better {
             format!("<strong>{verdict}</strong>")
         } else {
             verdict
         };
-        format!("{strong}: {}", escape(&told.pair.reason))
+        format!("{strong}: {}", escape(&ordered.pair.reason))
     });
     let remarks = remarks.iter().map(|remark| escape(remark));
     let list = list("<ul class=\"said\">", said.chain(remarks));
@@ -67,7 +64,7 @@ fn verdict(report: &SuiteReport, told: &[ToldVersions<'_>], remarks: &[String]) 
     section("verdict", "Verdict", &(answer + &list + &paragraph(&suite_promise(report))))
 }
 
-fn counts(told: &[ToldVersions<'_>]) -> String {
+fn counts(pairs: &[OrderedVersions<'_>]) -> String {
     let heads = [
         head("first", "", "name"),
         head("second", "", "name"),
@@ -78,18 +75,18 @@ fn counts(told: &[ToldVersions<'_>]) -> String {
         head("undecided", "logs", ""),
         head("p", "sign test", ""),
     ];
-    let row = |told: &ToldVersions<'_>| {
-        let [first, second] = told.wins();
-        let counts = [first, second, told.pair.mixed, told.pair.same, told.pair.undecided];
-        let mut row = vec![cell(told.first, "name"), cell(told.second, "name")];
+    let row = |ordered: &OrderedVersions<'_>| {
+        let [first, second] = ordered.wins();
+        let counts = [first, second, ordered.pair.mixed, ordered.pair.same, ordered.pair.undecided];
+        let mut row = vec![cell(ordered.first, "name"), cell(ordered.second, "name")];
         row.extend(counts.map(|number| cell(&count(number), "")));
-        row.push(cell(&p_value(told.pair), ""));
+        row.push(cell(&p_value(ordered.pair), ""));
         row
     };
-    table("On how many logs", &heads, &told.iter().map(row).collect::<Vec<_>>())
+    table("On how many logs", &heads, &pairs.iter().map(row).collect::<Vec<_>>())
 }
 
-fn effects(report: &SuiteReport, told: &[ToldVersions<'_>]) -> String {
+fn effects(report: &SuiteReport, pairs: &[OrderedVersions<'_>]) -> String {
     let scale =
         report.pairs.iter().find_map(|pair| pair.scale_m).map_or(String::new(), |m| format!(" {m} m"));
     let heads = [
@@ -100,14 +97,14 @@ fn effects(report: &SuiteReport, told: &[ToldVersions<'_>]) -> String {
         head("drift", "cm", ""),
         head("interval", "cm", ""),
     ];
-    let row = |told: &ToldVersions<'_>| {
-        let mut row = vec![cell(told.first, "name"), cell(told.second, "name")];
-        for effect in [&told.pair.rms_difference, &told.pair.drift_difference] {
-            row.extend(told.effect_cm(effect).map(|text| cell(&text, "")));
+    let row = |ordered: &OrderedVersions<'_>| {
+        let mut row = vec![cell(ordered.first, "name"), cell(ordered.second, "name")];
+        for effect in [&ordered.pair.rms_difference, &ordered.pair.drift_difference] {
+            row.extend(ordered.effect_cm(effect).map(|text| cell(&text, "")));
         }
         row
     };
-    let rows: Vec<_> = told.iter().map(row).collect();
+    let rows: Vec<_> = pairs.iter().map(row).collect();
     table(
         "First minus second, root mean squares, median over the logs: negative where the first is better",
         &heads,
@@ -152,20 +149,20 @@ fn scored(report: &SuiteReport) -> String {
     let heads = [
         head("log", "", "name"),
         head("scans", "", ""),
-        head("way", "m", ""),
+        head("distance", "m", ""),
         head("versions", "best first", "text"),
         head("not compared", "", "text"),
     ];
     let row = |log: &dmp::SuiteLogReport| {
         let missing = log.missing.iter().map(|run| format!("{}: {}", run.version, run.reason));
         let damage = log.damaged.then(|| "part of the log is lost".to_owned());
-        let told: Vec<String> = log.problem.clone().into_iter().chain(missing).chain(damage).collect();
+        let problems: Vec<String> = log.problem.clone().into_iter().chain(missing).chain(damage).collect();
         vec![
             cell(&log.name, "name"),
             cell(&log.scans.map_or(NONE.to_owned(), |scans| count(scans as u64)), ""),
             cell(&log.travel_m.map_or(NONE.to_owned(), |m| format!("{m:.0}")), ""),
             cell(&log.order.join(", "), "text"),
-            cell(&told.join("; "), "text"),
+            cell(&problems.join("; "), "text"),
         ]
     };
     table("Logs in the order given", &heads, &report.logs.iter().map(row).collect::<Vec<_>>())

@@ -3,7 +3,7 @@
 use super::*;
 use crate::painter::Painter;
 use crate::seen::{FrameScore, SampledReturn, SeenFrame};
-use dmp::{Basis, Residuals, RunSums, Scales, Verdict, Warning};
+use dmp::{Basis, Residuals, RunSums, Scales, Verdict};
 
 /// The scores of the sample data: truth, drift, noise and a collapsed run.
 fn sample() -> Report {
@@ -108,7 +108,7 @@ fn a_reference_is_worse_where_another_run_is_better() {
     let anchor = second.split("href=\"#").nth(1).unwrap().split('"').next().unwrap().to_owned();
     assert!(with(names[1]).contains(&format!("id=\"{anchor}\"")), "{anchor}");
     assert!(
-        second.contains(&format!("off by 40.0 and 40.0 cm, {} by 5.00 and 5.00 cm", names[0])),
+        second.contains(&format!("residuals of 40.0 and 40.0 cm, {} has 5.00 and 5.00 cm", names[0])),
         "{second}"
     );
     // Of the whole way of 118 m the first run is better, the last worse.
@@ -118,7 +118,7 @@ fn a_reference_is_worse_where_another_run_is_better() {
     };
     assert!(row(names[0]).contains("<td>118</td><td>0</td><td>0</td>"), "{}", row(names[0]));
     assert!(row(names[3]).contains("<td>0</td><td>118</td><td>0</td>"), "{}", row(names[3]));
-    assert!(section(&with("gone")).contains("gone is left out"));
+    assert!(section(&with("gone")).contains("gone is excluded"));
     assert!(!page_of(&report, Some(&pictures), &[]).contains("id=\"reference\""));
 }
 
@@ -137,7 +137,7 @@ fn every_part_is_there() {
         "predicted from another visit",
         "seconds after the first scan",
         "aria-label=\"Trajectories of all runs from above\"",
-        "height over way",
+        "height over the path",
         "Worst places of collapsed",
         "from the side",
         &report.inputs.fingerprint,
@@ -169,14 +169,14 @@ fn saved_results_have_no_maps_and_say_so() {
 }
 
 #[test]
-fn given_maps_are_told_by_the_nearest_surfel() {
+fn given_maps_are_ranked_by_the_nearest_surfel() {
     let mut report = sample();
     for run in &mut report.runs {
         (run.coverage, run.coverage_revisit) = (None, None);
     }
     let pictures = pictures(&report, &[Basis::Near; 4], &[0.05, 0.4, 0.2, 1.5]);
     let text = page_of(&report, Some(&pictures), &[]);
-    assert!(text.contains("R_near 2 m [m]") && !text.contains("What the maps can tell"), "{text}");
+    assert!(text.contains("R_near 2 m [m]") && !text.contains("What the maps can show"), "{text}");
     assert!(!text.contains("R_cv</dt>"));
 }
 
@@ -237,7 +237,7 @@ fn names_of_files_and_runs_cannot_break_the_page() {
     let text = serde_json::to_string(&report).unwrap().replace("\"truth\"", "\"<img src=x onerror=y>\"");
     report = serde_json::from_str(&text).unwrap();
     report.inputs.log = "/data/<b>&.mcap".into();
-    report.warnings = vec![Warning::Other("</main><i>".into())];
+    report.warnings = vec!["</main><i>".into()];
     let pictures = pictures(&report, &[Basis::CrossValidated; 4], &[0.05, 0.4, 0.2, 1.5]);
     let text = page_of(&report, Some(&pictures), &[]);
     assert!(!text.contains("<img src=x") && !text.contains("<b>") && !text.contains("<i>"));

@@ -30,14 +30,14 @@ pub(super) fn trajectories(pictures: &Pictures, names: &[&str], most: usize, siz
     let named = runs.iter().enumerate().map(|(k, &run)| (format!("var(--s{k})"), names[run]));
     let key = keys(named).replacen("<ul class=\"keys\"", "<ul class=\"keys\" data-runs", 1);
     let text = paragraph(&format!(
-        "Each run is turned and moved as one piece so that it lies best on {}; x and y are those of its world. Where the runs part, \
-         they disagree on the shape of the way, and not on where it lies.",
+        "Each run is aligned rigidly to {}; x and y are those of its world. Where the runs part, they disagree on the shape of the \
+         path.",
         names[best]
     ));
     let above = from_above(pictures, &runs, names, &ways);
     let heights = heights(pictures, &runs, names, &ways).to_element(size_px[0], size_px[1]);
-    let drawn = large(&figure(&above, "all runs from above, each from a dot"));
-    text + &key + &drawn + &large(&figure(&heights, "height over way"))
+    let drawn = large(&figure(&above, "all runs from above; a dot is the start"));
+    text + &key + &drawn + &large(&figure(&heights, "height over the path"))
 }
 
 /// The positions of a run in the world of another, on whose places they are laid as one piece.
@@ -72,7 +72,7 @@ fn from_above(pictures: &Pictures, runs: &[usize], names: &[&str], ways: &[Vec<P
             let [x, y] = at(&way[frame]);
             format!("{x:.2},{y:.2}")
         });
-        let told = chosen.iter().map(|&frame| scan_in_words(pictures, run, frame, travel_m[frame]));
+        let scans = chosen.iter().map(|&frame| scan_in_words(pictures, run, frame, travel_m[frame]));
         let [x, y] = way.first().map_or([0.0; 2], at);
         // Writing to a string cannot fail.
         let _ = write!(
@@ -82,7 +82,7 @@ fn from_above(pictures: &Pictures, runs: &[usize], names: &[&str], ways: &[Vec<P
              <circle class=\"s{k}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"3\" fill=\"var(--s{k})\"/>",
             points.collect::<Vec<_>>().join(" "),
             escape(names[run]),
-            escape(&told.collect::<Vec<_>>().join(";")),
+            escape(&scans.collect::<Vec<_>>().join(";")),
         );
     }
     let frame = Frame { width: WIDTH, height, units_per_m: scale };
@@ -98,12 +98,12 @@ fn scan_in_words(pictures: &Pictures, run: usize, frame: usize, way_m: f64) -> S
         None => String::new(),
     };
     let off = match seen.scores[run].rms_m(pictures.scales) {
-        Some([_, m]) => format!(", off by {} cm", digits(100.0 * m)),
+        Some([_, m]) => format!(", residual {} cm", digits(100.0 * m)),
         None => String::new(),
     };
     // A room needs centimetres.
     let decimals = 2 * metre_decimals(pictures.scales);
-    format!("scan {}{time}, {way_m:.decimals$} m of way{off}", seen.number)
+    format!("scan {}{time}, {way_m:.decimals$} m travelled{off}", seen.number)
 }
 
 fn heights(pictures: &Pictures, runs: &[usize], names: &[&str], ways: &[Vec<Point3<f64>>]) -> Plot {
@@ -118,8 +118,8 @@ fn heights(pictures: &Pictures, runs: &[usize], names: &[&str], ways: &[Vec<Poin
         }
     });
     Plot {
-        title: "Height over way".into(),
-        x: Axis { title: "way [m]".into(), log: false },
+        title: "Height over the path".into(),
+        x: Axis { title: "path [m]".into(), log: false },
         y: Axis { title: "height [m]".into(), log: false },
         series: series.collect(),
         ..Plot::default()
@@ -164,11 +164,11 @@ mod tests {
     }
 
     #[test]
-    fn the_way_is_told_in_centimetres_in_a_room() {
+    fn the_path_has_centimetres_in_a_room() {
         let mut pictures = pictures(&Isometry3::identity());
-        assert_eq!(scan_in_words(&pictures, 0, 7, 12.345), "scan 7, 0.7 s, 12 m of way");
+        assert_eq!(scan_in_words(&pictures, 0, 7, 12.345), "scan 7, 0.7 s, 12 m travelled");
         pictures.scales = Scales::Room;
-        assert_eq!(scan_in_words(&pictures, 0, 7, 12.345), "scan 7, 0.7 s, 12.35 m of way");
+        assert_eq!(scan_in_words(&pictures, 0, 7, 12.345), "scan 7, 0.7 s, 12.35 m travelled");
     }
 
     #[test]

@@ -1,7 +1,9 @@
 //! Runs beside ground truth as one HTML page.
 
-use super::html::{bar, cell, figure, head, line_keys, list, paragraph, section, table, terms, wide};
-use super::{LINES, PLOT_PX, STYLE};
+use super::html::{
+    Document, bar, cell, figure, head, line_keys, list, paragraph, section, table, terms, wide,
+};
+use super::{LINES, PLOT_PX};
 use crate::colour::bad_colours;
 use crate::plot::escape;
 use crate::text::{count, counted};
@@ -21,7 +23,7 @@ pub fn truth_page(plots: &TruthPlots) -> String {
         [only] => only.name.clone(),
         runs => counted(runs.len() as u64, "run"),
     };
-    let title = escape(&format!("{} of {runs} against {}", plots.metric, plots.reference));
+    let title = format!("{} of {runs} against {}", plots.metric, plots.reference);
     let mut main = section("result", "Result", &(answer(plots) + &statistics(plots)));
     if plots.runs.len() > 1 {
         main.push_str(&section("all", "All runs", &all(plots)));
@@ -31,34 +33,35 @@ pub fn truth_page(plots: &TruthPlots) -> String {
     }
     main.push_str(&section("what", "What was compared", &compared(plots)));
     let lines: Vec<String> = plots.title.lines().map(escape).collect();
-    format!(
-        "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" \
-         content=\"width=device-width, initial-scale=1\">\n<meta http-equiv=\"Content-Security-Policy\" content=\"default-src \
-         'none'; style-src 'unsafe-inline'\">\n<meta name=\"generator\" content=\"dmp {}\">\n<title>{title}</title>\n\
-         <style>\n{STYLE}</style>\n</head>\n<body>\n<header><h1>{title}</h1>\n<p class=\"muted\">{}</p>\n</header>\n\
-         <main>\n{main}</main>\n<footer>\n{}</footer>\n</body>\n</html>\n",
-        escape(&plots.dmp_version),
-        lines.join("<br>"),
-        paragraph("Made by dmp. The numbers are those of evo 1.38.1.")
-    )
+    let document = Document {
+        version: &plots.dmp_version,
+        title: &title,
+        policy: "",
+        lead: &format!("<p class=\"muted\">{}</p>\n", lines.join("<br>")),
+        contents: "",
+        main: &main,
+        footer: "Made by dmp. The numbers are those of evo 1.38.1.",
+        scripts: "",
+    };
+    document.to_html()
 }
 
 fn answer(plots: &TruthPlots) -> String {
-    let told = |run: &TruthRun| {
+    let errors = |run: &TruthRun| {
         format!(
             "<strong>{}</strong>: rmse {}, {} at most",
             escape(&run.name),
-            escape(&plots.told(run.stats.rmse)),
-            escape(&plots.told(run.stats.max))
+            escape(&plots.with_unit(run.stats.rmse)),
+            escape(&plots.with_unit(run.stats.max))
         )
     };
     let mut order: Vec<&TruthRun> = plots.runs.iter().collect();
     order.sort_by(|a, b| a.stats.rmse.total_cmp(&b.stats.rmse));
     let said = match order.as_slice() {
         [] => return String::new(),
-        [only] => format!("{}, over {}.", told(only), counted(only.errors.len() as u64, "error")),
+        [only] => format!("{}, over {}.", errors(only), counted(only.errors.len() as u64, "error")),
         [best, .., worst] => {
-            format!("The smallest root mean square has {}; the largest {}.", told(best), told(worst))
+            format!("The smallest root mean square has {}; the largest {}.", errors(best), errors(worst))
         }
     };
     format!("<p class=\"answer\">{said}</p>\n")
@@ -114,7 +117,7 @@ fn all(plots: &TruthPlots) -> String {
         figure(&errors_of_all(plots, &runs, Over::Time).to_element(width, height), "errors over time"),
         figure(
             &errors_of_all(plots, &runs, Over::Way).to_element(width, height),
-            "errors over the reference's way",
+            "errors over the path of the reference",
         ),
     ];
     body + &wide(&figures)
@@ -128,15 +131,15 @@ fn one(plots: &TruthPlots, run: &TruthRun) -> String {
         .map(|(k, ((name, dashes), level))| {
             let line =
                 format!("stroke=\"var(--s{})\" stroke-width=\"2\" stroke-dasharray=\"{dashes}\"", k + 1);
-            (line, format!("{name} {}", plots.told(level)))
+            (line, format!("{name} {}", plots.with_unit(level)))
         })
         .collect();
     lines.push((
         "stroke=\"var(--s4)\" stroke-opacity=\"0.3\" stroke-width=\"9\"".to_owned(),
-        format!("mean ± std {}", plots.told(run.stats.std)),
+        format!("mean ± std {}", plots.with_unit(run.stats.std)),
     ));
     lines.push((REFERENCE.to_owned(), "reference".to_owned()));
-    let mut body = bar("error 0", &bad_colours(), &format!("{} or more", plots.told(top)));
+    let mut body = bar("error 0", &bad_colours(), &format!("{} or more", plots.with_unit(top)));
     body.push_str(&line_keys(lines));
     let figures = [
         figure(&coloured_way(plots, run, top, Side::Above).to_map_element(width, WAY_PX), "from above"),
@@ -147,7 +150,7 @@ fn one(plots: &TruthPlots, run: &TruthRun) -> String {
         figure(&error_over(plots, run, Over::Time).to_element(width, height), "error over time"),
         figure(
             &error_over(plots, run, Over::Way).to_element(width, height),
-            "error over the reference's way",
+            "error over the path of the reference",
         ),
         figure(&three(|k| places(plots, run, k).to_element(width, THIRD_PX)), "place over time"),
         figure(&three(|k| angles(plots, run, k).to_element(width, THIRD_PX)), "angles over time"),

@@ -1,11 +1,11 @@
-//! The pairs of runs, told to somebody who knows neither residuals nor squares.
+//! The pairs of runs in words, for readers who know neither residuals nor squares.
 
 use dmp::{Reach, Report, Scales, Verdict};
 
 use crate::drift::{metres, metres_between};
+use crate::ordered_pair::{OrderedPair, main_pairs};
 use crate::plot::escape;
 use crate::text::count;
-use crate::told::{ToldPair, told_pairs};
 
 /// A name that stands out.
 pub(super) fn strong(name: &str) -> String {
@@ -14,12 +14,12 @@ pub(super) fn strong(name: &str) -> String {
 
 /// A line for each pair that matters, as HTML.
 pub(super) fn pairs(report: &Report) -> Vec<String> {
-    told_pairs(report).iter().map(|told| of_pair(told, report.config.scales)).collect()
+    main_pairs(report).iter().map(|ordered| of_pair(ordered, report.config.scales)).collect()
 }
 
 /// One line: who is better, by how much, and at which truncation; or why nothing is decided.
-fn of_pair(told: &ToldPair<'_>, scales: Scales) -> String {
-    let (pair, first, second) = (told.pair, strong(told.first), strong(told.second));
+fn of_pair(ordered: &OrderedPair<'_>, scales: Scales) -> String {
+    let (pair, first, second) = (ordered.pair, strong(ordered.first), strong(ordered.second));
     let Some(scale) = pair.decided_at() else {
         let more = pair.frames_needed.map(|needed| (needed, "scans"));
         let more = more.or(pair.places_needed.map(|needed| (needed, "places")));
@@ -28,7 +28,7 @@ fn of_pair(told: &ToldPair<'_>, scales: Scales) -> String {
         });
         return format!("{first} and {second}: {}{more}.", escape(&pair.reason));
     };
-    let by = match told.rms_behind_m(scale) {
+    let by = match ordered.rms_behind_m(scale) {
         Some((by_m, Some(interval_m))) => format!(" by {} ({})", metres(by_m), metres_between(interval_m)),
         Some((by_m, None)) => format!(" by {}", metres(by_m)),
         None => String::new(),
@@ -59,10 +59,10 @@ fn reach(scale_m: f64, scales: Scales) -> &'static str {
 
 /// What the lengths of the lines are, and why they are not those of the ranking.
 pub(super) fn lengths(report: &Report) -> Option<&'static str> {
-    let is_any_decided = told_pairs(report).iter().any(|told| told.pair.decided_at().is_some());
+    let is_any_decided = main_pairs(report).iter().any(|ordered| ordered.pair.decided_at().is_some());
     is_any_decided.then_some(
-        "Lengths say how much larger the root mean square of the residuals is, over the returns that both maps predict, with its \
-         interval. The ranking below is of all returns, so its rows differ by something else. Residuals are \
-         truncated at the second length: the larger it is, the more they see of the map as a whole.",
+        "A length is how much larger the RMS residual is over the returns that both maps predict, with its interval. The ranking \
+         below uses all returns, so its rows differ by other amounts. Residuals are truncated at the second length: a larger \
+         one sees more of the map as a whole.",
     )
 }

@@ -2,11 +2,9 @@
 //!
 //! # Brief overview
 //! A [`Plot`] has two [`Axis`] and some [`Series`] of [`Point`]s; [`Plot::to_svg`] draws it. Ticks are at
-//! round numbers; names of points are put where they cover nothing, or left out where there is no such place
-//! (every point tells its name and values when pointed at). Points that are not finite, or not positive on a
+//! round numbers; every point shows its name and values when pointed at. Points that are not finite, or not positive on a
 //! logarithmic axis, are left out. The same plot gives the same bytes.
 
-mod label;
 mod line;
 mod scale;
 mod style;
@@ -14,7 +12,6 @@ mod style;
 use std::fmt::Write as _;
 
 use dmp::is_printable;
-use label::{Boxed, Labels, text_width};
 use scale::Scale;
 pub(crate) use style::SERIES_COLOURS;
 pub use style::Style;
@@ -40,7 +37,7 @@ pub struct Point {
     pub x: f64,
     /// Along the vertical axis.
     pub y: f64,
-    /// What stands beside it; empty for nothing.
+    /// Shown when it is pointed at; empty for nothing.
     pub name: String,
 }
 
@@ -227,15 +224,11 @@ impl Plot {
         (x, y): (&Scale, &Scale),
     ) -> std::fmt::Result {
         let Frame { left, right, top, bottom, .. } = *frame;
-        let mut labels = Labels::within(Boxed { x0: left + 2.0, y0: top, x1: right, y1: bottom - 2.0 });
         let mut legend_at = right;
         let mut drawn: Vec<(&Series, Vec<Placed<'_>>)> = Vec::new();
         for series in &self.series {
             let points = series.points.iter().filter_map(|p| Some((x.at(p.x)?, y.at(p.y)?, p)));
             drawn.push((series, points.collect()));
-        }
-        for (_, points) in &drawn {
-            points.iter().for_each(|&(px, py, _)| labels.cover(Boxed::around(px, py, 4.5)));
         }
         if drawn.iter().all(|(_, points)| points.is_empty()) {
             let centre = (f64::midpoint(left, right), f64::midpoint(top, bottom));
@@ -260,17 +253,11 @@ impl Plot {
                 continue;
             }
             for (px, py, point) in points {
-                let told = escape(&format!("{} ({}, {})", point.name, point.x, point.y));
+                let title = escape(&format!("{} ({}, {})", point.name, point.x, point.y));
                 writeln!(
                     svg,
-                    r##"<circle cx="{px:.1}" cy="{py:.1}" r="4" fill="{colour}" stroke="#fff"><title>{told}</title></circle>"##
+                    r##"<circle cx="{px:.1}" cy="{py:.1}" r="4" fill="{colour}" stroke="#fff"><title>{title}</title></circle>"##
                 )?;
-            }
-        }
-        for (px, py, point) in drawn.iter().flat_map(|(_, points)| points) {
-            let name = cut(&point.name);
-            if let Some(place) = labels.place(*px, *py, text_width(&name, FONT_PX - 1.0)) {
-                text(svg, (place.x0, place.y1 - 3.0), r#"font-size="11""#, &name)?;
             }
         }
         Ok(())
@@ -319,6 +306,19 @@ pub fn escape(text: &str) -> String {
     escaped
 }
 
+/// About how wide a text is in a usual sans-serif face, pixels.
+fn text_width(text: &str, font_px: f64) -> f64 {
+    let em = |c: char| match c {
+        'i' | 'j' | 'l' | '.' | ',' | ' ' | '\'' | '|' => 0.3,
+        'f' | 't' | 'r' | '-' | '(' | ')' => 0.4,
+        'm' | 'w' | 'M' | 'W' | '…' => 0.9,
+        c if c.is_ascii_uppercase() => 0.72,
+        c if c.is_ascii() => 0.57,
+        _ => 0.8,
+    };
+    font_px * text.chars().map(em).sum::<f64>()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -333,8 +333,10 @@ mod tests {
 
     #[test]
     fn names_are_escaped_and_cut() {
-        let svg = plot(&[(1.0, 2.0, "<a&\"b'\u{1}>"), (3.0, 4.0, &"n".repeat(90))], false).to_svg();
-        assert!(svg.contains(">&lt;a&amp;&quot;b&#39;\u{fffd}&gt;</text>"), "{svg}");
+        let mut odd = plot(&[(1.0, 2.0, "<a&\"b'\u{1}>"), (3.0, 4.0, "")], false);
+        odd.x_names = vec!["a".into(), "n".repeat(90)];
+        let svg = odd.to_svg();
+        assert!(svg.contains("<title>&lt;a&amp;&quot;b&#39;\u{fffd}&gt; (1, 2)</title>"), "{svg}");
         assert!(svg.contains(&format!(">{}…</text>", "n".repeat(27))));
         assert!(svg.starts_with("<svg ") && svg.ends_with("</svg>\n"));
     }

@@ -2,7 +2,7 @@
 
 use crate::colour::{STEPS, bad_colours, hex};
 
-/// Blue, vermilion, green, purple, orange, sky: told apart also without red or green (Okabe & Ito).
+/// Blue, vermilion, green, purple, orange, sky: distinct also without red or green (Okabe & Ito).
 pub(crate) const SERIES_COLOURS: [&str; 6] =
     ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"];
 

@@ -22,7 +22,7 @@ impl Over {
     }
 
     fn axis(self, plots: &TruthPlots) -> Axis {
-        axis(if self == Self::Time { plots.time_axis() } else { "way [m]" })
+        axis(if self == Self::Time { plots.time_axis() } else { "path [m]" })
     }
 }
 
@@ -75,7 +75,7 @@ pub(crate) fn error_over(plots: &TruthPlots, run: &TruthRun, over: Over) -> Plot
     let around = [(ends[0], low), (ends[1], low), (ends[1], high), (ends[0], high)];
     drawn.push(series("std", around, Style::Band));
     Plot {
-        title: format!("Error of {} over {}", run.name, if over == Over::Time { "time" } else { "way" }),
+        title: format!("Error of {} over {}", run.name, if over == Over::Time { "time" } else { "path" }),
         x: over.axis(plots),
         y: axis(&plots.error_axis()),
         series: drawn,
@@ -87,7 +87,7 @@ pub(crate) fn error_over(plots: &TruthPlots, run: &TruthRun, over: Over) -> Plot
 pub(crate) fn errors_of_all(plots: &TruthPlots, runs: &[&TruthRun], over: Over) -> Plot {
     let lines = runs.iter().map(|run| series(&run.name, thinned(&errors(run, over)), Style::Line));
     Plot {
-        title: format!("Errors over {}", if over == Over::Time { "time" } else { "way" }),
+        title: format!("Errors over {}", if over == Over::Time { "time" } else { "path" }),
         x: over.axis(plots),
         y: axis(&plots.error_axis()),
         series: lines.collect(),
@@ -189,7 +189,7 @@ mod tests {
         let level = |name: &str| plot.series.iter().find(|s| s.name == name).unwrap().points[1].y;
         let stats = plots.runs[0].stats;
         assert_eq!((level("mean"), level("median"), level("rmse")), (stats.mean, stats.median, stats.rmse));
-        assert_eq!((plot.x.title.as_str(), plot.y.title.as_str()), ("way [m]", "APE [m]"));
+        assert_eq!((plot.x.title.as_str(), plot.y.title.as_str()), ("path [m]", "APE [m]"));
         let shares = shares_of_all(&plots, &[&plots.runs[0]]);
         let last = shares.series[0].points.last().unwrap();
         assert_eq!((last.x, last.y), (stats.max, 100.0));

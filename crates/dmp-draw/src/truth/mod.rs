@@ -111,7 +111,7 @@ impl TruthPlots {
     }
 
     /// An error with its unit.
-    pub(crate) fn told(&self, error: f64) -> String {
+    pub(crate) fn with_unit(&self, error: f64) -> String {
         let digits = crate::text::digits(error);
         if self.unit.is_empty() { digits } else { format!("{digits} {}", self.unit) }
     }

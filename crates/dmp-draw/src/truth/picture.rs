@@ -75,7 +75,7 @@ fn draw_head(svg: &mut String, plots: &TruthPlots, title: &str) -> std::fmt::Res
             hex(colour)
         )?;
     }
-    let worst = format!("{} or more", plots.told(plots.top()));
+    let worst = format!("{} or more", plots.with_unit(plots.top()));
     text(svg, (MARGIN_PX + 58.0 + 14.0 * STEPS as f64, y), "", &worst)
 }
 

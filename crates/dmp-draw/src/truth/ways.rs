@@ -92,7 +92,7 @@ pub(crate) fn coloured_way(plots: &TruthPlots, run: &TruthRun, top: f64, side: S
         }
     }
     series.push(reference(run, &from));
-    from.plot(format!("Way of {} {}, coloured by error", run.name, side.words()), series)
+    from.plot(format!("Path of {} {}, coloured by error", run.name, side.words()), series)
 }
 
 /// The ways of several runs and of the reference.
@@ -105,7 +105,7 @@ pub(crate) fn ways_of_all(plots: &TruthPlots, runs: &[&TruthRun], side: Side) ->
     };
     let mut series: Vec<Series> = runs.iter().map(way).collect();
     series.extend(runs.first().map(|run| reference(run, &from)));
-    from.plot(format!("Ways of all runs {}", side.words()), series)
+    from.plot(format!("Paths of all runs {}", side.words()), series)
 }
 
 fn reference(run: &TruthRun, from: &Origin) -> Series {

@@ -13,7 +13,7 @@ struct Stamps(Vec<FrameInfo>);
 
 impl ScanLog for Stamps {
     fn summary(&self) -> &LogSummary {
-        unreachable!("which scans belong to which keyframes is told by stamps alone")
+        unreachable!("stamps alone decide which scans belong to which keyframes")
     }
 
     fn frames(&self) -> &[FrameInfo] {
@@ -101,7 +101,7 @@ fn times_are_those_of_the_trajectory_not_of_the_log() {
 }
 
 #[test]
-fn what_does_not_belong_together_is_told() {
+fn what_does_not_belong_together_fails() {
     let stamps = log(&[Some(5), Some(9), Some(14)]);
     let of = |vertices: usize, times: Option<&[i64]>, log: &Stamps| {
         Keyframes::of(&graph(vertices), times, log, 0).unwrap_err()

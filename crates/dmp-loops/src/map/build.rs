@@ -15,7 +15,7 @@ use crate::{Keyframes, LoopError};
 /// Most rays that are held and cast into each map, of all keyframes together: some 40 MB with what they leave.
 const MOST_RAYS: usize = 1_000_000;
 
-/// A way shorter than so many stretches is cut into as many shorter ones. Only those with a keyframe count, so that there are
+/// A path shorter than this many stretches is cut into this many shorter ones. Only those with a keyframe count, so that there are
 /// fewer where keyframes are few, or stand close to each other with gaps between; where none moved, there is one.
 const FEWEST_STRETCHES: f64 = 20.0;
 
@@ -84,7 +84,7 @@ impl LoopMap {
     /// Reads the log and makes a patch of the scans of every keyframe, at the poses `world_from_body` of the keyframes.
     ///
     /// # Errors
-    /// When log and keyframes do not belong together, the log is damaged beyond what can be left out, the work folder is
+    /// When log and keyframes do not belong together, the log is damaged beyond what can be excluded, the work folder is
     /// full, or a setting makes no sense.
     pub fn new(
         log: &dyn ScanLog,
@@ -216,7 +216,7 @@ impl LoopMap {
     }
 }
 
-/// Cuts the way through the keyframes.
+/// Cuts the path through the keyframes.
 fn stretches(world_from_body: &[Isometry3<f64>], scales: Scales) -> Vec<usize> {
     let places = || world_from_body.iter().map(|pose| pose.translation.vector);
     let steps_m = places().zip(places().skip(1)).map(|(a, b)| (b - a).norm());

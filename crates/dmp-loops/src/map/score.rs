@@ -62,7 +62,7 @@ pub(crate) struct Placed<'a> {
 }
 
 impl<'a> Placed<'a> {
-    /// Casts all rays, of each keyframe on the thread that comes to it.
+    /// Casts all rays, of each keyframe on the next free thread.
     pub(crate) fn new(map: &'a LoopMap, world_from_body: Vec<Isometry3<f64>>) -> Result<Self, LoopError> {
         let caster = map.caster(&world_from_body, map.threads())?;
         let left = (0..world_from_body.len())
@@ -200,7 +200,7 @@ impl LoopMap {
         Sums::new(self.scales, self.stretches.iter().max().map_or(0, |last| last + 1))
     }
 
-    /// A caster into the map with its patches there, whose tiles may take the memory of so many maps.
+    /// A caster into the map with its patches there, whose tiles may take the memory of this many maps.
     fn caster(
         &self,
         world_from_body: &[Isometry3<f64>],

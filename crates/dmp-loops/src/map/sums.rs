@@ -7,7 +7,7 @@ use crate::LoopError;
 /// Which of the scales of `R_near` ranks loops: 2 m on a drive.
 pub(super) const LOOPS: usize = 1;
 
-/// What a map is worth.
+/// Scores of a map.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MapScores {
     /// R_near at 5, 2 and 0.5 m, square metres, each with its 99 % interval where there is one; lower is better. `None`
@@ -30,13 +30,13 @@ impl MapScores {
 /// The sums of a map and of another one beside it, stretch by stretch.
 pub(super) struct Sums {
     reducer: Reducer,
-    /// Of the stretch at hand.
+    /// Of the current stretch.
     pub(super) frame: FrameSums,
     stretch: Option<usize>,
 }
 
 impl Sums {
-    /// Of a map with these scales and so many stretches.
+    /// Of a map with these scales and stretches.
     pub(super) fn new(scales: Scales, stretches: usize) -> Self {
         let layout = Layout::new(stretches as u64, vec![Basis::Near; 2]).on_scales(scales);
         let frame = FrameSums::on_scales(layout.bases(), scales);
@@ -52,7 +52,7 @@ impl Sums {
         Ok(())
     }
 
-    /// The stretch at hand has ended.
+    /// Ends the current stretch.
     pub(super) fn leave(&mut self) -> Result<(), LoopError> {
         if let Some(stretch) = self.stretch.take() {
             self.reducer.add_frame(stretch as u64, &self.frame)?;
@@ -68,7 +68,7 @@ impl Sums {
 
     pub(super) fn score(&self, cast_share: f64) -> MapScores {
         let scales = self.reducer.compare(0, 1, Promise::default()).scales;
-        // What is told there is the first less the second.
+        // There it is the first less the second.
         let change = scales.get(LOOPS).and_then(|scale| scale.difference).map(negative);
         MapScores { r_near_m2: self.reducer.scores(1, Confidence::P99).r_near_m2, change, cast_share }
     }

@@ -83,7 +83,7 @@ impl System {
         }
     }
 
-    /// Solves for the right side, which becomes the solution. `None` where the matrix is not positive definite, as far as numbers tell.
+    /// Solves for the right side, which becomes the solution. `None` where the matrix is not positive definite, numerically.
     pub(super) fn solve(&mut self, model: Model, right: &mut [Vector6<f64>]) -> Option<()> {
         self.factorise(model)?;
         let place = &self.elimination.place;
@@ -301,7 +301,7 @@ mod tests {
     }
 
     #[test]
-    fn a_matrix_that_is_not_positive_definite_is_told() {
+    fn a_matrix_that_is_not_positive_definite_fails() {
         let mut numbers = Numbers(9);
         let (mut system, _) = both(3, &[(0, 1), (1, 2)], Model::GaussNewton(0.0), &mut numbers);
         let mut right = vec![Vector6::repeat(1.0); 3];

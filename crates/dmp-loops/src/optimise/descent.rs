@@ -1,4 +1,4 @@
-//! The way downhill, step by step.
+//! Levenberg and Marquardt's descent, step by step.
 
 use super::cholesky::Model;
 use super::error::OptimiseError;
@@ -32,7 +32,7 @@ const DAMPING: [f64; 5] = [0.0, 1e-12, 1e-9, 1e-6, 1e-3];
 /// Steps are shortened down to this share.
 const LEAST_SHARE: f64 = 1e-10;
 
-/// Where the way downhill ended.
+/// Where the descent ended.
 #[derive(Debug)]
 pub(super) struct Descent {
     pub(super) poses: Vec<Isometry3<f64>>,
@@ -72,7 +72,7 @@ pub(super) fn descend(
         now.poses = there;
         now.has_moved = true;
         if is_valley && -slope <= rounding(cost) {
-            // What Newton's next step would change is less than what numbers tell.
+            // Newton's next step would change less than rounding.
             now.converged = true;
             break;
         }

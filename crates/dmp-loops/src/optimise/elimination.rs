@@ -48,7 +48,7 @@ impl Elimination {
     }
 }
 
-/// What is in one of two increasing lists, but for two values.
+/// The values in one of two increasing lists, without two of them.
 fn union(a: &[usize], b: &[usize], without: [usize; 2]) -> Vec<usize> {
     let mut all = Vec::with_capacity(a.len() + b.len());
     let (mut a, mut b) = (a.iter().copied().peekable(), b.iter().copied().peekable());

@@ -35,7 +35,7 @@ pub enum OptimiseError {
         /// The sum at the poses of the start.
         chi2: f64,
     },
-    /// The measurements do not say where the vertices are, as far as numbers tell.
+    /// The measurements do not determine the poses numerically.
     #[error(
         "the measurements do not determine the poses: the information of some is too large, or too small beside that of others"
     )]

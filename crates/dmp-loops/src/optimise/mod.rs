@@ -43,8 +43,8 @@ pub struct Optimised {
 ///
 /// # Errors
 /// When an option is no number above 0, an extra edge is none that the graph can have, the edges do not connect all
-/// vertices, or the measurements are too large or too uneven for numbers. That it did not converge is no error:
-/// [`Optimised::converged`] tells it.
+/// vertices, or the measurements are too large or too uneven for numbers. Not converging is no error:
+/// see [`Optimised::converged`].
 pub fn optimise(
     graph: &PoseGraph,
     extra: &[PoseEdge],

@@ -115,7 +115,7 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// The step of each variable to where the model is least; `None` where it is nowhere, as far as numbers tell.
+    /// The step of each variable to where the model is least; `None` where the model has no minimum, numerically.
     pub(super) fn step(&mut self, model: Model) -> Option<Vec<Vector6<f64>>> {
         let mut step = self.right.clone();
         self.system.solve(model, &mut step)?;

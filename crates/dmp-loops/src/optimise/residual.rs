@@ -1,9 +1,9 @@
-//! What an edge is off by, and how that changes with its poses.
+//! The residual of an edge, and its derivatives by the poses.
 
 use dmp_sensor::{Isometry3, PoseEdge, Vector3};
 use nalgebra::{Matrix3, Matrix6, UnitQuaternion, Vector6};
 
-/// What an edge is off by, and how that changes with its two poses.
+/// The residual of an edge, and its derivatives by the two poses.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Slope {
     /// As [`residual`].
@@ -14,7 +14,7 @@ pub(super) struct Slope {
     pub(super) by_to: Matrix6<f64>,
 }
 
-/// What an edge is off by, as g2o has it: the pose that was found in the frame of the one that was measured, its place in
+/// The residual of an edge, as g2o has it: the pose that was found in the frame of the one that was measured, its place in
 /// metres, then x, y, z of its quaternion with w ≥ 0.
 pub(super) fn residual(edge: &PoseEdge, from: &Isometry3<f64>, to: &Isometry3<f64>) -> Vector6<f64> {
     let off = edge.from_from_to.inv_mul(&from.inv_mul(to));

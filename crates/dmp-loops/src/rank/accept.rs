@@ -7,7 +7,7 @@ use dmp::{Progress, Stage};
 use dmp_reduce::Margin;
 use dmp_sensor::{Isometry3, PoseEdge, PoseGraph};
 
-use super::ranker::{Ranker, Ranking, Tried, TryFault, singles};
+use super::ranker::{Ranker, Ranking, Tried, TryFault};
 use crate::map::MapScores;
 use crate::{LoopError, optimise};
 
@@ -104,7 +104,7 @@ impl Eq for Waiting {}
 impl Ranker<'_> {
     /// Adds candidates from best to worst, and keeps each that by the 99 % interval of the change makes the score worse by no
     /// more than what counts as the same ([`Margin`] of the best score so far, which nothing that is kept is further away
-    /// from, lest many small steps lead away); where no map is looked at, each whose sum of squares grows by no more than
+    /// from, so that many small steps do not add up); where no map is looked at, each whose sum of squares grows by no more than
     /// 99 of 100 right loops would.
     ///
     /// Whenever the graph has grown, what comes next is tried again on it, and goes back among the others where it is no
@@ -114,20 +114,7 @@ impl Ranker<'_> {
     /// # Errors
     /// As [`Self::rank`]; when changes have no intervals; when the ranking is of other candidates; and when the graph with a
     /// candidate cannot be scored.
-    pub fn accept(
-        self,
-        candidates: &[PoseEdge],
-        ranking: &Ranking,
-        progress: &dyn Progress,
-    ) -> Result<Acceptance, LoopError> {
-        self.accept_sets(&singles(candidates), ranking, progress)
-    }
-
-    /// The same of candidates that are several edges each, as [`Self::rank_sets`] ranked them.
-    ///
-    /// # Errors
-    /// As [`Self::accept`].
-    pub fn accept_sets<E: AsRef<[PoseEdge]>>(
+    pub fn accept<E: AsRef<[PoseEdge]>>(
         mut self,
         candidates: &[E],
         ranking: &Ranking,
@@ -217,8 +204,8 @@ impl Ranker<'_> {
     }
 }
 
-/// Whether the score may become worse than what counts as the same, `best_m2` being the best there was; a change that nobody
-/// knows may.
+/// Whether the score may become worse than what counts as the same, `best_m2` being the best there was; an unknown
+/// change may.
 fn is_worse(tried: &Tried, best_m2: f64) -> bool {
     tried.map.as_ref().map_or(tried.chi2_change > LARGEST_CHI2, |map| is_map_worse(map, best_m2))
 }

@@ -136,20 +136,13 @@ impl<'a> Ranker<'a> {
         &self.graph
     }
 
-    /// Tries each candidate by itself, several at a time.
+    /// Tries each candidate alone, several at a time. A candidate is an edge, or several that are accepted together or not at
+    /// all.
     ///
     /// # Errors
-    /// When no candidate can be scored any more: files that cannot be read, or whoever watches has cancelled. What is wrong
-    /// with one candidate is no error.
-    pub fn rank(&self, candidates: &[PoseEdge], progress: &dyn Progress) -> Result<Ranking, LoopError> {
-        self.rank_sets(&singles(candidates), progress)
-    }
-
-    /// The same of candidates that are several edges each, taken together or not at all.
-    ///
-    /// # Errors
-    /// As [`Self::rank`].
-    pub fn rank_sets<E: AsRef<[PoseEdge]> + Sync>(
+    /// When no candidate can be scored any more: files that cannot be read, or the caller has cancelled. What is wrong with one
+    /// candidate is no error.
+    pub fn rank<E: AsRef<[PoseEdge]> + Sync>(
         &self,
         candidates: &[E],
         progress: &dyn Progress,
@@ -232,11 +225,6 @@ impl<'a> Ranker<'a> {
     }
 }
 
-/// Candidates of one edge each.
-pub(super) fn singles(candidates: &[PoseEdge]) -> Vec<&[PoseEdge]> {
-    candidates.iter().map(std::slice::from_ref).collect()
-}
-
 /// The graph with the poses that fit its edges best, and how they were found.
 ///
 /// # Errors
@@ -249,7 +237,7 @@ pub fn optimised(graph: &PoseGraph, options: &OptimiseOptions) -> Result<(PoseGr
     Ok((graph.with_poses(found.world_from_body.clone())?, found))
 }
 
-/// Does something in so many threads: rankers take those they find.
+/// Runs `work` in a pool of threads, which rankers use.
 ///
 /// # Errors
 /// When they cannot be started.

@@ -1,4 +1,4 @@
-//! Who says what the poses of a graph are worth.
+//! What scores the poses of a graph.
 
 use dmp::{Config, DriftPairs, Frame, Progress, evaluate};
 use dmp_log::ScanLog;
@@ -8,7 +8,7 @@ use dmp_sensor::Isometry3;
 use crate::map::{LoopMap, MapScores, Placed};
 use crate::{Keyframes, LoopError};
 
-/// Who says what the poses of a graph are worth.
+/// What scores the poses of a graph.
 #[derive(Debug)]
 pub struct Scorer<'a>(ScoredBy<'a>);
 
@@ -88,7 +88,7 @@ impl<'a> Scorer<'a> {
 }
 
 impl Before<'_> {
-    /// Scores poses; `alone` where nobody scores others at the time.
+    /// Scores poses; `alone` where no other poses are scored at the time.
     pub(super) fn score(
         &self,
         world_from_body: &[Isometry3<f64>],

@@ -1,4 +1,4 @@
-//! The search for acceptable candidates finds what a plain one does; what has no score is told.
+//! The search for acceptable candidates finds what a plain one does; what has no score is reported.
 
 use std::collections::BTreeSet;
 
@@ -25,7 +25,7 @@ fn scores(map: &LoopMap, at: &[Isometry3<f64>], with: &[Vec<Isometry3<f64>>]) ->
     (ranked_m2(&placed.score().unwrap()), changes)
 }
 
-/// The rule: by the whole interval of the change, and by itself of the best so far, no worse than a tenth more as root mean
+/// The rule: by the whole interval of the change, and alone of the best so far, no worse than a tenth more as root mean
 /// square.
 fn is_worse(score: &MapScores, best: f64) -> bool {
     let most = 1.1 * 1.1 * best - best;
@@ -87,8 +87,8 @@ fn follow(
         let found = optimise(&at, &with, options).unwrap();
         let (now, tried) = scores(map, at.poses(), std::slice::from_ref(&found.world_from_body));
         best = best.min(now);
-        let told = decision.tried.as_ref().unwrap().map.as_ref().unwrap();
-        assert_eq!((told.ranked_m2(), told.change), (Some(ranked_m2(&tried[0])), tried[0].change));
+        let reported = decision.tried.as_ref().unwrap().map.as_ref().unwrap();
+        assert_eq!((reported.ranked_m2(), reported.change), (Some(ranked_m2(&tried[0])), tried[0].change));
         match decision.verdict {
             Verdict::Accepted => {
                 assert!(!is_worse(&tried[0], best), "{decision:?}");
@@ -177,7 +177,7 @@ fn edge(from: i64, to: i64, length_m: f64, sigma_m: f64) -> PoseEdge {
     PoseEdge { from, to, from_from_to: Isometry3::translation(length_m, 0.0, 0.0), information }
 }
 
-/// On a straight chain of n steps with the variance s² a loop with l² that is off by d costs d² / (n s² + l²), of which
+/// On a straight chain of n steps with the variance s² a loop with l² and an error d costs d² / (n s² + l²), of which
 /// its own share is l² / (n s² + l²), and moves its end by n s² / (n s² + l²) of d.
 #[test]
 fn without_a_map_a_loop_costs_what_it_is_off_by() {

@@ -7,7 +7,7 @@ use super::chain::Chain;
 use crate::rank::{Decision, Ranker, Scorer, Verdict};
 use crate::{LoopError, LoopMap, OptimiseOptions, optimise};
 
-/// Constraints are of one row whose first ends lie no further apart than so many segments of the way, nor their second ends.
+/// Constraints form one row where their first ends, and their second ends, are at most this many segments of the path apart.
 const SAME_ROW_SEGMENTS: f64 = 3.0;
 
 /// Cuts constraints into rows: those of one passage of one place and another one. What one of a row does, all do.
@@ -42,8 +42,8 @@ pub(super) fn accepted(
 ) -> Result<PoseGraph, LoopError> {
     while !rows.is_empty() {
         let ranker = Ranker::new(graph, options.clone(), Scorer::patches(map), progress)?;
-        let ranking = ranker.rank_sets(&rows, progress)?;
-        let acceptance = ranker.accept_sets(&rows, &ranking, progress)?;
+        let ranking = ranker.rank(&rows, progress)?;
+        let acceptance = ranker.accept(&rows, &ranking, progress)?;
         graph = acceptance.graph;
         let mut refused: Vec<(usize, bool)> = ranking.failed.iter().map(|one| (one.index, false)).collect();
         refused.extend(acceptance.decisions.iter().filter(|one| !is_accepted(one)).map(|one| {

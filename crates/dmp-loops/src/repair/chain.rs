@@ -9,13 +9,13 @@ use crate::LoopError;
 
 /// From keyframe to keyframe, metres of a drive.
 const STEP_M: f64 = 1.0;
-/// Of a way longer than so many steps these are longer.
+/// A longer path has longer steps.
 const MOST_STEPS: f64 = 5000.0;
 /// A step errs at least as one of this length does, metres of a drive.
 const LEAST_STEP_M: f64 = 0.1;
 
-/// What an odometry errs by: standard deviations along and about each axis over a way of one metre, metres and radians. They grow
-/// with the root of the way.
+/// Error of an odometry: standard deviations along and about each axis after one metre, metres and radians. They grow with the
+/// root of the path length.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StepError {
     /// Along each axis, metres.
@@ -51,7 +51,7 @@ struct PosedBody {
 #[derive(Debug)]
 pub(super) struct Chain {
     keyframes: Vec<PosedBody>,
-    /// How far along the way each is, metres.
+    /// Distance travelled up to each, metres.
     along_m: Vec<f64>,
     /// For each scan in use its keyframe; and by the number of a scan its place there.
     of_scan: Vec<usize>,
@@ -68,11 +68,11 @@ impl Chain {
             Some(PosedBody { number: scan.number, position, world_from_body })
         };
         let scans: Vec<PosedBody> = posed.scans().enumerate().map(body).collect::<Option<_>>()?;
-        let way_m = posed.along_m();
-        let travel_m = way_m.last()? - way_m.first()?;
+        let travelled_m = posed.along_m();
+        let travel_m = travelled_m.last()? - travelled_m.first()?;
         let step_m = (STEP_M * metre_m).max(travel_m / MOST_STEPS);
         // Halves of the steps before and after a keyframe belong to it.
-        let step_of = |ordinal: usize| ((way_m[ordinal] - way_m[0]) / step_m + 0.5) as usize;
+        let step_of = |ordinal: usize| ((travelled_m[ordinal] - travelled_m[0]) / step_m + 0.5) as usize;
         let mut chain = Self {
             keyframes: Vec::new(),
             along_m: Vec::new(),
@@ -85,7 +85,7 @@ impl Chain {
             let middle = of_one[of_one.len() / 2];
             chain.of_scan.extend(of_one.iter().map(|_| chain.keyframes.len()));
             chain.keyframes.push(chain.scans[middle]);
-            chain.along_m.push(way_m[middle]);
+            chain.along_m.push(travelled_m[middle]);
         }
         (chain.keyframes.len() > 1).then_some(chain)
     }
@@ -100,14 +100,14 @@ impl Chain {
         self.keyframes.iter().map(|keyframe| keyframe.world_from_body).collect()
     }
 
-    /// How far along the way a keyframe is, metres, given the number of its scan.
+    /// Distance travelled up to a keyframe, metres, given the number of its scan.
     pub(super) fn along_m(&self, number: i64) -> f64 {
         let found = self.keyframes.binary_search_by_key(&number, |keyframe| keyframe.number as i64);
         found.map_or(f64::NAN, |index| self.along_m[index])
     }
 
     /// The graph of the run alone: a vertex a keyframe, called by the number of its scan, and an edge from each to the next, as the
-    /// run has it, as good as the way is short.
+    /// run has it, with an error that grows with its length.
     pub(super) fn graph(&self, error: StepError) -> Result<PoseGraph, LoopError> {
         let least_m = LEAST_STEP_M * self.metre_m;
         let edge = |k: usize| {

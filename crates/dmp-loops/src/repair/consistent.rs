@@ -1,4 +1,4 @@
-//! Which constraints agree with each other, and how far the run's own steps are to be trusted beside them.
+//! Which constraints agree with each other, and the error of the run's own steps.
 
 use dmp_sensor::PoseEdge;
 
@@ -9,9 +9,9 @@ use crate::{Kernel, LoopError, OptimiseOptions, optimise};
 const LARGEST_CHI2: f64 = 16.811_893_829_770_927;
 /// Directions of a constraint.
 pub(super) const DIRECTIONS: f64 = 6.0;
-/// Standard deviations beyond which a constraint counts for less while it is found out which agree.
+/// Standard deviations beyond which a constraint counts for less while it is estimated which agree.
 const KERNEL: f64 = 3.0;
-/// Steps are taken to be no better and no worse than so many times what is usual.
+/// Bounds of the factor by which the steps err more than usual.
 const FACTORS: std::ops::RangeInclusive<f64> = 0.01..=100.0;
 
 /// Constraints that agree with each other.
@@ -19,15 +19,14 @@ const FACTORS: std::ops::RangeInclusive<f64> = 0.01..=100.0;
 pub(super) struct Consistent {
     /// Which, in their order.
     pub(super) kept: Vec<usize>,
-    /// What the run's steps err by, as the constraints tell.
+    /// Error of the run's steps, estimated from the constraints.
     pub(super) error: StepError,
 }
 
-/// Finds out which constraints agree.
+/// Finds the constraints that agree.
 ///
-/// What the steps err by is the median over the constraints of what each needs by itself (robust, as half of them may be wrong). With
-/// that all are taken together, each counting for less the worse it fits (Cauchy's kernel); those that do not fit are left out, the
-/// worst first, until all do.
+/// The error of the steps is the median of what each constraint needs alone: half of them may be wrong. With that error all are
+/// optimised together, under Cauchy's kernel. Those that do not fit are rejected, the worst first, until all fit.
 pub(super) fn consistent(
     chain: &Chain,
     edges: &[PoseEdge],
@@ -39,7 +38,7 @@ pub(super) fn consistent(
     let robust = OptimiseOptions { loop_kernel: Some(Kernel::Cauchy(KERNEL)), ..options.clone() };
     let joined = edges.iter().try_fold(alone.clone(), |graph, edge| graph.with_edge(edge.clone()))?;
     let settled = optimise(&joined, &[], &robust).map_err(LoopError::Graph)?;
-    // No edge but the constraints' is told by itself.
+    // Only the constraints' edges have squares of their own.
     let at = alone.with_poses(settled.world_from_body)?;
     let mut kept: Vec<usize> = (0..edges.len()).collect();
     let of = |at: &dmp_sensor::PoseGraph, kept: &[usize], steps: usize| {
@@ -60,7 +59,7 @@ pub(super) fn consistent(
     Ok(Consistent { kept, error })
 }
 
-/// How many times as much as is usual the steps err, as constraints tell that are taken one by one.
+/// Factor by which the steps err more than usual: the median over single constraints.
 pub(super) fn factor(
     chain: &Chain,
     edges: &[PoseEdge],

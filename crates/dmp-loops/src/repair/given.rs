@@ -11,7 +11,7 @@ use crate::{LoopError, optimise};
 
 /// The run with its poses where these constraints and its own steps put them best; constraints are between scans, called by their
 /// numbers in the log, of the body. None is doubted and no map is looked at: with true ones it is the best that a repair can come to.
-/// `None` where the run has no way or none of them is between two of its keyframes.
+/// `None` where the run does not move or none of them is between two of its keyframes.
 ///
 /// # Errors
 /// When log and run do not belong together, or the graph cannot be optimised.

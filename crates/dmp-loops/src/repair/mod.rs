@@ -35,7 +35,7 @@ pub struct RepairOptions {
     pub pairs: DriftPairs,
     /// How often visits are registered, at most.
     pub most_rounds: usize,
-    /// What the run's steps usually err by; how many times that it is here is found out. Only their ratio matters where the run is off
+    /// The usual error of the run's steps; its factor for this run is estimated. Only their ratio matters where the run is off
     /// by much.
     pub step_error: StepError,
     /// How maps are put together and scored.
@@ -66,7 +66,7 @@ pub enum Outcome {
     NoRevisit,
     /// No pair of visits has an answer.
     NothingMeasured,
-    /// It comes back as well as the measurement can tell.
+    /// Its revisits agree within the measurement error.
     NothingToRepair,
     /// No constraint was accepted: they contradict each other, or the map may become worse with any of them.
     NothingAccepted,
@@ -85,7 +85,7 @@ pub struct Round {
     pub consistent: usize,
     /// Constraints in the graph.
     pub accepted: usize,
-    /// What the run's steps err by, as the constraints tell.
+    /// Error of the run's steps, estimated from the constraints.
     pub step_error: StepError,
     /// How far the keyframe that moved most did so, against the run as it was given, metres.
     pub largest_move_m: f64,
@@ -120,7 +120,7 @@ pub fn repair(
     progress: &dyn Progress,
 ) -> Result<Repair, LoopError> {
     options.map.check()?;
-    let told = Repair {
+    let unchanged = Repair {
         outcome: Outcome::NoRevisit,
         rounds: Vec::new(),
         r_near_before_m2: None,
@@ -128,17 +128,18 @@ pub fn repair(
         graph: None,
     };
     let posed = PosedLog::new(log, run, config, progress)?;
-    let Some(chain) = Chain::new(&posed) else { return Ok(told) };
-    let mut mending = Mending { log, run, config, options, progress, posed: &posed, chain, map: None, told };
+    let Some(chain) = Chain::new(&posed) else { return Ok(unchanged) };
+    let mut mending =
+        Mending { log, run, config, options, progress, posed: &posed, chain, map: None, result: unchanged };
     for _ in 0..options.most_rounds {
         if !mending.round()? {
             break;
         }
     }
-    Ok(mending.told)
+    Ok(mending.result)
 }
 
-/// A run on its way.
+/// A run while it is repaired.
 struct Mending<'a> {
     log: &'a dyn ScanLog,
     run: &'a Run,
@@ -149,7 +150,7 @@ struct Mending<'a> {
     chain: Chain,
     /// Read when it is needed first.
     map: Option<LoopMap>,
-    told: Repair,
+    result: Repair,
 }
 
 /// The graph of a round, and its map beside that of the run and of the round before.
@@ -162,9 +163,9 @@ struct Found {
 impl Mending<'_> {
     /// Registers visits once and mends the run by them; whether to go on.
     fn round(&mut self) -> Result<bool, LoopError> {
-        let is_first = self.told.rounds.is_empty();
+        let is_first = self.result.rounds.is_empty();
         let (mut report, mut edges) = self.constraints(DriftReach::Near)?;
-        // A run that lost its way has no visit near enough.
+        // A run that got lost has no visit near enough.
         let is_far = is_first && edges.is_empty();
         if is_far {
             (report, edges) = self.constraints(DriftReach::Far)?;
@@ -189,10 +190,10 @@ impl Mending<'_> {
             _ => None,
         };
         if is_first {
-            self.told.outcome = without.unwrap_or(Outcome::NothingAccepted);
+            self.result.outcome = without.unwrap_or(Outcome::NothingAccepted);
         }
         if without.is_some() {
-            self.told.rounds.push(round);
+            self.result.rounds.push(round);
             return Ok(false);
         }
         let found = consistent(&self.chain, &edges, self.options.step_error, optimise)?;
@@ -204,30 +205,30 @@ impl Mending<'_> {
         round.accepted = graph.edges().len() - alone.edges().len();
         round.r_near_m2 = to_run.after_m2;
         round.largest_move_m = largest_move_m(&alone, &graph);
-        let told = &mut self.told;
-        told.r_near_before_m2 = told.r_near_before_m2.or(to_run.before_m2);
+        let result = &mut self.result;
+        result.r_near_before_m2 = result.r_near_before_m2.or(to_run.before_m2);
         // What does not make the map better is left: it may be noise of the measurement.
         let is_better = to_run.is_better() && to_before.is_none_or(|to| to.is_better() || !to.may_be_worse);
         // Visits that are looked for further off more easily meet the wrong place: a map that takes one of some that agree and
         // refuses the others says so.
         let is_right_place = !is_far || 2 * round.accepted > round.consistent;
         let is_taken = round.accepted > 0 && is_right_place && is_better;
-        told.rounds.push(round);
+        result.rounds.push(round);
         if !is_taken {
             return Ok(false);
         }
         let settled_m = SETTLED_M * self.posed.settings().scales.lengths().metre_m;
         let has_settled =
-            told.graph.as_ref().is_some_and(|before| largest_move_m(before, &graph) <= settled_m);
-        told.outcome = Outcome::Repaired;
-        told.trajectory = Some(self.chain.taken_along(&self.run.trajectory, graph.poses())?);
-        told.graph = Some(graph);
+            result.graph.as_ref().is_some_and(|before| largest_move_m(before, &graph) <= settled_m);
+        result.outcome = Outcome::Repaired;
+        result.trajectory = Some(self.chain.taken_along(&self.run.trajectory, graph.poses())?);
+        result.graph = Some(graph);
         Ok(!has_settled)
     }
 
     /// What the visits of the run, as it is now, say.
     fn constraints(&self, reach: DriftReach) -> Result<(DriftReport, Vec<PoseEdge>), LoopError> {
-        let now = self.told.trajectory.clone().unwrap_or_else(|| self.run.trajectory.clone());
+        let now = self.result.trajectory.clone().unwrap_or_else(|| self.run.trajectory.clone());
         let now = [Run { trajectory: now, ..self.run.clone() }];
         let config = Config { drift: self.options.pairs, drift_reach: reach, ..self.config.clone() };
         let report = measure_drift(self.log, &now, &config, self.progress)?;
@@ -246,7 +247,7 @@ impl Mending<'_> {
             }
         };
         let map = &*self.map.insert(map);
-        let before = self.told.graph.as_ref();
+        let before = self.result.graph.as_ref();
         in_threads(self.config.threads, || {
             let graph = accepted(alone.clone(), map, rows, optimise, progress)?;
             let against = |before: &PoseGraph| {

@@ -28,7 +28,7 @@ impl Random {
         (self.next() >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
     }
 
-    /// A pose up to so many metres and, for small ones, radians from none.
+    /// A random pose of up to these metres and, for small ones, radians.
     pub(crate) fn pose(&mut self, metres: f64, radians: f64) -> Isometry3<f64> {
         let [x, y, z] = std::array::from_fn(|_| metres * self.number());
         let [i, j, k] = std::array::from_fn(|_| radians * self.number() / 2.0);
@@ -36,7 +36,7 @@ impl Random {
         Isometry3::from_parts(Translation3::new(x, y, z), turn)
     }
 
-    /// A symmetric positive definite matrix with numbers around so much.
+    /// A symmetric positive definite matrix with numbers around this size.
     pub(crate) fn information(&mut self, size: f64) -> Matrix6<f64> {
         let root = Matrix6::from_fn(|_, _| self.number());
         let matrix = (root * root.transpose() + Matrix6::identity()) * size;

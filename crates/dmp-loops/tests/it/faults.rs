@@ -45,7 +45,7 @@ fn an_added_edge_that_cannot_be_is_named() {
 }
 
 #[test]
-fn numbers_that_are_too_large_or_no_numbers_are_told() {
+fn numbers_that_are_too_large_or_no_numbers_fail() {
     let circle = circle(10, 5.0, &PoseGraph::unit_information());
     let far = edge(9, 0, step(1e200, 0.0, 0.0));
     let OptimiseError::NotFinite { chi2 } = error(&circle, &[far]) else { panic!("1e400 is no f64") };
@@ -65,7 +65,7 @@ fn numbers_that_are_too_large_or_no_numbers_are_told() {
 }
 
 #[test]
-fn too_few_iterations_are_told() {
+fn too_few_iterations_are_reported() {
     let circle = circle(60, 20.0, &(PoseGraph::unit_information() * 100.0));
     let wrong = [edge(50, 3, step(5.0, 5.0, 2.0))];
     let whole = optimised(&circle, &wrong);

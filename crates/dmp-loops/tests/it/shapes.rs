@@ -3,7 +3,6 @@
 use crate::common::{Random, apart, circle, edge, graph, optimised, step};
 use dmp_loops::{Kernel, OptimiseOptions, optimise};
 use dmp_sensor::{Isometry3, Matrix6, PoseEdge, PoseGraph, Translation3, UnitQuaternion, Vector3};
-use rayon::prelude::*;
 use std::f64::consts::FRAC_PI_2;
 
 /// Standard deviations of a metre and of 0.1 mrad: a graph that stretches and does not bend.
@@ -101,7 +100,7 @@ fn where_in_the_world_a_graph_is_does_not_matter() {
     let closing = [edge(99, 0, step(2.5, 0.4, 0.1))];
     let here = optimised(&circle, &closing);
     let turn = UnitQuaternion::from_euler_angles(0.3, -0.4, 2.0);
-    // UTM: a nanometre is what an f64 tells there.
+    // UTM: an f64 resolves a nanometre there.
     let there_from_here = Isometry3::from_parts(Translation3::new(5e5, 5.4e6, 300.0), turn);
     let poses = circle.poses().iter().map(|pose| there_from_here * pose).collect();
     let there = optimised(&circle.with_poses(poses).unwrap(), &closing);
@@ -188,26 +187,4 @@ fn wrong_loops_of_a_long_drive_converge() {
         let found = optimised(&drive, &[wrong]);
         assert!(found.iterations < 30, "{round}: {}", found.iterations);
     }
-}
-
-#[test]
-fn bits_are_the_same_for_any_number_of_threads() {
-    let circle = circle(80, 20.0, &stiff());
-    let mut random = Random(5);
-    let candidates: Vec<PoseEdge> = (0..24)
-        .map(|_| {
-            let (from, to) = (random.below(40), 40 + random.below(40));
-            let from_from_to = circle.poses()[from].inv_mul(&circle.poses()[to]) * random.pose(2.0, 0.5);
-            edge(from as i64, to as i64, from_from_to)
-        })
-        .collect();
-    let all = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        let one = |candidate: &PoseEdge| optimised(&circle, std::slice::from_ref(candidate));
-        pool.install(|| candidates.par_iter().map(one).collect::<Vec<_>>())
-    };
-    let one = all(1);
-    assert!(one.iter().all(|found| found.iterations > 1));
-    assert_eq!(one, all(2));
-    assert_eq!(one, all(7));
 }

@@ -1,11 +1,11 @@
-//! What is kept of a patch: voxels, and the blocks that they lie in.
+//! The stored form of a patch: voxels, and the blocks that contain them.
 
 use crate::lattice::{Lattice, UNITS_PER_M};
 
-/// The points of one voxel of a patch, summed up: what there is of them once the patch is made.
+/// The sums of one voxel of a finished patch.
 ///
-/// 20 bytes. A mean is rounded to a lattice unit, a covariance to 2⁻¹⁵ of the largest that points of one voxel can
-/// have, and more points than 65,535 count as so many.
+/// 20 bytes. A mean is rounded to a lattice unit, a covariance to 2⁻¹⁵ of its largest possible value. More than 65,535
+/// points count as that number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub(crate) struct PatchVoxel {
@@ -16,11 +16,11 @@ pub(crate) struct PatchVoxel {
     pub(super) covariance_steps: [i16; 6],
 }
 
-/// Voxels that lie together in a patch: a cube of some eight metres.
+/// Neighbouring voxels of a patch: a cube of some eight metres.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Block {
-    /// Its lowest corner, in blocks from the patch's origin: y, x, z, so that the blocks of a column follow each other,
-    /// and its neighbour's them.
+    /// Its lowest corner, in blocks from the patch's origin: y, x, z, so that the blocks of a column, and of
+    /// neighbouring columns, are consecutive.
     pub(super) place: [i32; 3],
     /// Bounds of the means, lattice units from the block's lowest corner.
     pub(super) low_units: [u16; 3],
@@ -30,7 +30,7 @@ pub(crate) struct Block {
     pub(super) voxels: u32,
 }
 
-/// Voxels along the edge of a block: as many as 16 bits can tell places in.
+/// Voxels along the edge of a block: as many as 16-bit positions allow.
 pub(super) fn block_voxels(lattice: &Lattice) -> i32 {
     ((1u32 << 16) / lattice.voxel_units()) as i32
 }
@@ -39,7 +39,7 @@ pub(super) fn block_edge_m(lattice: &Lattice) -> f64 {
     f64::from(block_voxels(lattice)) * lattice.voxel_m()
 }
 
-/// The step in which covariances are kept: points of a voxel of edge v have variances of at most v²/4.
+/// The rounding step of covariances: points of a voxel of edge v have variances of at most v²/4.
 pub(super) fn covariance_step_units2(lattice: &Lattice) -> f64 {
     let half = f64::from(lattice.voxel_units()) / 2.0;
     half * half / f64::from(i16::MAX)
@@ -52,7 +52,7 @@ impl Block {
         [x, y, z].map(|n| f64::from(n) * edge_m)
     }
 
-    /// Lowest and highest place of a mean in the patch, metres.
+    /// Lowest and highest position of a mean in the patch, metres.
     pub(super) fn bounds_m(&self, edge_m: f64) -> [[f64; 3]; 2] {
         let corner = self.corner_m(edge_m);
         [self.low_units, self.high_units]

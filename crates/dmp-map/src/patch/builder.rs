@@ -1,4 +1,4 @@
-//! Makes a patch of points.
+//! Builds a patch from points.
 
 use super::block::{Block, PatchVoxel, block_voxels, covariance_step_units2};
 use super::voxel_sums::VoxelSums;
@@ -6,12 +6,12 @@ use crate::MapError;
 use crate::lattice::{Lattice, UNITS_PER_M};
 use crate::recent_voxels::RecentVoxels;
 
-/// How far points may lie from the patch's origin, metres: far beyond any sensor.
+/// Largest distance of points from the patch's origin, metres: far beyond any sensor.
 const REACH_M: f64 = 20_000.0;
 
-/// Sums up points of a rigid piece of a map by voxels of the piece's own frame.
+/// Sums points of a rigid piece of a map by voxels of the piece's own frame.
 ///
-/// Integers, as in a map: the same points give the same patch, in any order.
+/// Sums are integers, as in a map: the same points give the same patch in any order.
 #[derive(Debug)]
 pub struct PatchBuilder {
     lattice: Lattice,
@@ -19,10 +19,10 @@ pub struct PatchBuilder {
     points: u64,
 }
 
-/// What the points of a voxel of a patch sum up to.
+/// The sums of a patch's voxel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PointsOfVoxel {
-    /// How many there are.
+    /// Number of points.
     pub points: u64,
     /// Their mean, metres from the patch's origin.
     pub mean_m: [f64; 3],
@@ -30,7 +30,7 @@ pub struct PointsOfVoxel {
     pub covariance_m2: [f64; 6],
 }
 
-/// A patch that is made: its blocks by place, their voxels behind each other.
+/// A finished patch: its blocks by position, with their voxels in the same order.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Patch {
     pub(crate) blocks: Vec<Block>,
@@ -43,7 +43,7 @@ impl PatchBuilder {
         Self { lattice, voxels: VoxelSums::default(), points: 0 }
     }
 
-    /// Without points again; the memory is kept.
+    /// Removes all points; the memory is kept.
     pub fn clear(&mut self) {
         self.voxels.clear();
         self.points = 0;
@@ -77,8 +77,8 @@ impl PatchBuilder {
         &self.lattice
     }
 
-    /// Its voxels, x, y and z counted from the patch's origin, and what their points sum up to. Their order depends on that in
-    /// which points were added.
+    /// Its voxels, x, y and z from the patch's origin, with their sums. Their order depends on the order in which
+    /// points were added.
     pub fn voxels(&self) -> impl ExactSizeIterator<Item = ([i32; 3], PointsOfVoxel)> {
         let edge_units = f64::from(self.lattice.voxel_units());
         self.voxels.iter().map(move |(voxel, moments)| {

@@ -1,4 +1,4 @@
-//! The file that patches lie in.
+//! The file of patches.
 
 use std::fs::File;
 use std::io::{Read as _, Seek as _, SeekFrom, Write as _};
@@ -11,7 +11,7 @@ use super::gathered::Gathered;
 use crate::MapError;
 use crate::lattice::Lattice;
 
-/// Takes patches in any order, from any thread, into a file without a name.
+/// Writes patches in any order, from any thread, to an unlinked file.
 #[derive(Debug)]
 pub struct PatchWriter {
     lattice: Lattice,
@@ -26,7 +26,7 @@ struct Inner {
     stored: Vec<StoredPatch>,
 }
 
-/// Where a patch is in the file.
+/// The position of a patch in the file.
 #[derive(Debug, Clone, Default)]
 struct StoredPatch {
     offset: u64,
@@ -34,23 +34,23 @@ struct StoredPatch {
     blocks: Vec<Block>,
 }
 
-/// Patches of one lattice by their numbers. Their voxels lie in a file that vanishes with the process; in memory are
-/// some 32 bytes for every block of eight metres.
+/// Patches of one lattice by their numbers. Their voxels are in a file that vanishes with the process; some 32 bytes
+/// per block of eight metres are in memory.
 #[derive(Debug)]
 pub struct Patches {
     lattice: Lattice,
     folder: PathBuf,
     file: Mutex<File>,
     stored: Vec<StoredPatch>,
-    /// Of those who put tiles together and are done.
+    /// Buffers returned after use.
     buffers: Mutex<Vec<Gathered>>,
 }
 
 impl PatchWriter {
-    /// Room for so many patches; those that are not put there stay empty. Their file is made in `folder`.
+    /// Has room for this many patches; those that are not added stay empty. Their file is created in `folder`.
     ///
     /// # Errors
-    /// When the file cannot be made.
+    /// When the file cannot be created.
     pub fn new(lattice: Lattice, patches: usize, folder: &Path) -> Result<Self, MapError> {
         let file = tempfile::tempfile_in(folder)
             .map_err(MapError::io(folder, "cannot make a file for patches here"))?;
@@ -58,13 +58,13 @@ impl PatchWriter {
         Ok(Self { lattice, folder: folder.to_path_buf(), inner: Mutex::new(inner) })
     }
 
-    /// Puts a patch in its place; one without points is not written.
+    /// Stores a patch under its number; one without points is not written.
     ///
     /// # Errors
     /// When the file cannot be written.
     ///
     /// # Panics
-    /// When there is no place of this number.
+    /// When there is no such number.
     pub fn put(&self, number: usize, patch: PatchBuilder) -> Result<(), MapError> {
         let Patch { blocks, voxels } = patch.finish();
         let bytes: &[u8] = bytemuck::cast_slice(&voxels);
@@ -77,10 +77,10 @@ impl PatchWriter {
         Ok(())
     }
 
-    /// All patches, to be read. Compares each with its checksum.
+    /// All patches, ready to be read. Compares each with its checksum.
     ///
     /// # Errors
-    /// When what was written cannot be read back as it was.
+    /// When the file cannot be read back unchanged.
     pub fn finish(self) -> Result<Patches, MapError> {
         let Self { lattice, folder, inner } = self;
         let Inner { file, stored, .. } = inner.into_inner().unwrap_or_else(PoisonError::into_inner);
@@ -101,7 +101,7 @@ impl PatchWriter {
 }
 
 impl Patches {
-    /// How many there are, empty ones too.
+    /// Their number, including empty ones.
     pub fn len(&self) -> usize {
         self.stored.len()
     }
@@ -111,8 +111,7 @@ impl Patches {
         self.stored.is_empty()
     }
 
-    /// The grid that patches have their voxels on, each counted from its own origin, and maps that are put together of
-    /// them.
+    /// The grid of the patches' voxels, each from its own origin, and of maps assembled from them.
     pub fn lattice(&self) -> Lattice {
         self.lattice
     }
@@ -127,13 +126,13 @@ impl Patches {
         self.voxels() * size_of::<PatchVoxel>() as u64
     }
 
-    /// Lowest and highest corner in the patch, metres, of every block of it that holds something.
+    /// Lowest and highest corner in the patch, metres, of each of its non-empty blocks.
     pub fn bounds_m(&self, number: usize) -> impl Iterator<Item = [[f64; 3]; 2]> {
         let edge_m = block_edge_m(&self.lattice);
         self.stored[number].blocks.iter().map(move |block| block.bounds_m(edge_m))
     }
 
-    /// Buffers that somebody is done with, or new ones.
+    /// Buffers to reuse, or new ones.
     pub(super) fn take_buffers(&self) -> Gathered {
         self.buffers.lock().unwrap_or_else(PoisonError::into_inner).pop().unwrap_or_default()
     }
@@ -146,7 +145,7 @@ impl Patches {
         &self.stored[number].blocks
     }
 
-    /// Reads the voxels of some blocks that follow each other, and adds them to `voxels`.
+    /// Reads the voxels of consecutive blocks and appends them to `voxels`.
     pub(super) fn read(
         &self,
         number: usize,

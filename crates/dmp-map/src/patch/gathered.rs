@@ -1,4 +1,4 @@
-//! Puts the voxels of patches together into those of a tile.
+//! Merges the voxels of patches into those of a tile.
 
 use std::collections::HashMap;
 use std::hash::BuildHasherDefault;
@@ -14,26 +14,26 @@ use crate::mix_hasher::MixHasher;
 use crate::moments::{Moments, VoxelRecord};
 use crate::tile_surfels::{TileSurfels, surfels_of_cells};
 
-/// Voxels around a tile that are put together with it: a cell, so that discs from there are known that reach into it.
+/// Voxels around a tile that are merged with it: one cell, for discs from there that reach into it.
 pub(super) const MARGIN_VOXELS: i32 = 2;
 /// Voxels along the edge of a brick: two cells.
 const BRICK_EDGE: u32 = 4;
 const BRICK_VOXELS: usize = (BRICK_EDGE * BRICK_EDGE * BRICK_EDGE) as usize;
 const EMPTY: u32 = u32::MAX;
 
-/// Voxels of a tile and around it while they are put together, and memory for the next ones.
+/// Voxels of a tile and around it while they are merged, with memory that is reused.
 ///
-/// In bricks, as a map is while it is fused: voxels beside each other in a patch are so in the map, and a brick that was
-/// met is not looked for again.
+/// They are in bricks, as in a map under construction: neighbouring voxels of a patch are neighbours in the map, and
+/// the last brick is found without a search.
 #[derive(Debug, Default)]
 pub(crate) struct Gathered {
     by_place: HashMap<u64, u32, BuildHasherDefault<MixHasher>>,
-    /// Where a brick's voxels are among the records, cell by cell.
+    /// The index of a brick's voxels among the records, cell by cell.
     bricks: Vec<[u32; BRICK_VOXELS]>,
     records: Vec<VoxelRecord>,
-    /// The brick that was met last.
+    /// The last brick.
     last: Option<(u64, u32)>,
-    /// What was read of patches.
+    /// The voxels read from patches.
     pub(super) read: Vec<PatchVoxel>,
 }
 
@@ -71,15 +71,15 @@ impl Gathered {
         &mut self.records[*slot as usize]
     }
 
-    /// The voxels, those of a cell behind each other.
+    /// The voxels, ordered by cell.
     pub(super) fn by_cell(&self) -> impl Iterator<Item = &VoxelRecord> {
         let slots = self.bricks.iter().flatten().filter(|&&slot| slot != EMPTY);
         slots.map(|&slot| &self.records[slot as usize])
     }
 
-    /// Their surfels, at the voxels' places.
+    /// Their surfels, in the order of the voxels.
     pub(super) fn surfels(&self, lattice: &Lattice) -> TileSurfels {
-        // Among the first that were met; a tile has no height at which most of it would be.
+        // The height of one of the first voxels: a tile has no typical height.
         let base_voxel_z = self.records.get(self.records.len() / 2).map_or(0, |record| record.voxel().z);
         TileSurfels { base_voxel_z, ..surfels_of_cells(lattice, self.by_cell()) }
     }
@@ -93,12 +93,12 @@ fn place_in_brick(Voxel { z, y, x }: Voxel) -> usize {
     (cell << 3 | (z & 1) << 2 | (y & 1) << 1 | x & 1) as usize
 }
 
-/// Where a tile is, with what lies around it.
+/// A tile and its surroundings.
 pub(super) struct Around {
     lattice: Lattice,
     block_edge_m: f64,
     step_units2: f64,
-    /// The lowest voxel around the tile, from the place that voxels are counted from.
+    /// The lowest voxel around the tile, from the origin of voxel indices.
     corner: [u32; 2],
     origin_z: u32,
     /// Voxels along the edge.
@@ -108,7 +108,7 @@ pub(super) struct Around {
 impl Around {
     pub(super) fn of(lattice: Lattice, tile: TileId) -> Result<Self, MapError> {
         let [x, y] = lattice.tile_corner_m(tile);
-        // The middle of the tile's first voxel is in it however the corner is rounded.
+        // The middle of the tile's first voxel lies in the tile however the corner is rounded.
         let half_m = lattice.voxel_m() / 2.0;
         let [x, y, _] = lattice.in_voxel([x + half_m, y + half_m, 0.0])?.voxel;
         let [_, _, origin_z] = lattice.in_voxel([0.0; 3])?.voxel;
@@ -122,7 +122,7 @@ impl Around {
         })
     }
 
-    /// Adds those voxels of a block whose means fall into voxels around the tile.
+    /// Adds the voxels of a block whose means fall into or around the tile.
     pub(super) fn add(
         &self,
         placement: &Placement,

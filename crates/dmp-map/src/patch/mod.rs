@@ -1,4 +1,4 @@
-//! Rigid pieces of a map, which are fused once and put together anew wherever they come to lie.
+//! Rigid pieces of a map, fused once and assembled anew at any poses.
 
 mod block;
 mod builder;

@@ -1,4 +1,4 @@
-//! The map that patches make where they are placed.
+//! The map of patches at given poses.
 
 use std::collections::HashMap;
 use std::hash::BuildHasherDefault;
@@ -15,17 +15,17 @@ use crate::surfel::Surfel;
 use crate::tile::{Tile, TileExtent};
 use crate::tile_source::TileSource;
 
-/// Voxels of patches that are read before they are put together: 20 MB.
+/// Most voxels of patches read before they are merged: 20 MB.
 const MOST_READ: usize = 1 << 20;
 
-/// A block that was read: its column in the world, its patch and number there, and where its voxels are among those read.
+/// A block that was read: its column in the world, its patch and number, and the index of its voxels among those read.
 type Read = ([i32; 3], usize, usize, usize);
 
-/// The map that patches make where they are placed. A tile is put together when it is asked for, and not kept.
+/// The map of patches at given poses. A tile is computed on demand and not cached.
 ///
-/// As a fused map it has a surfel for every voxel with enough points, but a voxel of a patch goes whole into the voxel
-/// of the map that its mean falls into. Sums are integers: the same patches at the same places give the same bits.
-/// Of independence nothing is known.
+/// As in a fused map, every voxel with enough points has a surfel. But a voxel of a patch goes whole into the map's
+/// voxel that its mean falls into. Sums are integers: the same patches at the same poses give the same bits. The map
+/// has no segments, so nothing is independent.
 #[derive(Debug)]
 pub struct PlacedPatches<'a> {
     patches: &'a Patches,
@@ -34,7 +34,7 @@ pub struct PlacedPatches<'a> {
     bounds: Option<[TileId; 2]>,
 }
 
-/// What may be in a tile.
+/// The blocks that may be in a tile.
 #[derive(Debug)]
 pub(super) struct InReach {
     z_range_m: [f64; 2],
@@ -43,18 +43,18 @@ pub(super) struct InReach {
 }
 
 impl<'a> PlacedPatches<'a> {
-    /// Places the patches. `O(blocks)`: no voxel is looked at.
+    /// Places the patches. `O(blocks)`: no voxel is read.
     ///
     /// # Errors
-    /// When a patch comes to lie outside the world.
+    /// When a patch lies outside the world.
     ///
     /// # Panics
-    /// When there are more or fewer placements than patches.
+    /// When the number of placements differs from that of patches.
     pub fn new(patches: &'a Patches, placements: Vec<Placement>) -> Result<Self, MapError> {
         assert_eq!(placements.len(), patches.len(), "a placement for every patch");
         let lattice = patches.lattice();
         let block_edge_m = block_edge_m(&lattice);
-        // A mean that rounding takes over the border is looked for too.
+        // Also covers a mean that rounding moves over the border.
         let margin_m = f64::from(MARGIN_VOXELS) * lattice.voxel_m() + 1e-3;
         let mut placed = Self { patches, placements, tiles: HashMap::default(), bounds: None };
         for (number, placement) in placed.placements.iter().enumerate() {
@@ -79,7 +79,7 @@ impl<'a> PlacedPatches<'a> {
         Ok(placed)
     }
 
-    /// Puts the voxels of the map in and around a tile together: x and y from [`MARGIN_VOXELS`] before the tile's corner.
+    /// Merges the voxels in and around a tile: x and y from [`MARGIN_VOXELS`] before the tile's corner.
     pub(super) fn put_together(
         &self,
         tile: TileId,
@@ -108,7 +108,7 @@ impl<'a> PlacedPatches<'a> {
         self.add(&around, &mut order, gathered)
     }
 
-    /// Puts together what was read: what lies together while it is still in fast memory, whichever patches it is of.
+    /// Merges the voxels read, ordered by position across patches, so that neighbours are still in cache.
     fn add(&self, around: &Around, order: &mut Vec<Read>, gathered: &mut Gathered) -> Result<(), MapError> {
         order.sort_unstable();
         let mut read = std::mem::take(&mut gathered.read);
@@ -138,7 +138,7 @@ impl TileSource for PlacedPatches<'_> {
 
     fn tile_extent(&self, tile: TileId) -> Option<TileExtent> {
         let InReach { z_range_m: [low, high], .. } = self.tiles.get(&tile)?;
-        // A mean of means lies between them, a disc around it reaches further.
+        // A mean of means lies between them; a disc around it reaches farther.
         let reach_m = self.disc_radius_m() + 0.01;
         Some(TileExtent { z_range_m: [low - reach_m, high + reach_m], ..TileExtent::EMPTY })
     }
@@ -173,7 +173,7 @@ impl TileSource for PlacedPatches<'_> {
     }
 }
 
-/// Whether a disc reaches into the square from 0 to `edge_m`, or nearly.
+/// Whether a disc reaches into the square from 0 to `edge_m`, or almost.
 fn reaches_into(surfel: &Surfel, radius_m: f32, edge_m: f32) -> bool {
     const NEARLY_M: f32 = 1e-3;
     let half = surfel.half_extents_m(radius_m);

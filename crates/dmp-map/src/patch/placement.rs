@@ -1,9 +1,9 @@
-//! Where a patch lies in the world.
+//! The pose of a patch in the world.
 
-/// Where a patch lies in the world.
+/// The pose of a patch in the world.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Placement {
-    /// `world_from_patch` of directions: a rotation matrix, row by row.
+    /// The rotation of `world_from_patch`: a matrix, row by row.
     pub rotation: [[f64; 3]; 3],
     /// The patch's origin in the world, metres.
     pub origin_in_world_m: [f64; 3],

@@ -1,4 +1,4 @@
-//! Patches against maps fused of the same points.
+//! Compares patches with maps fused from the same points.
 
 use super::block::{block_edge_m, covariance_step_units2};
 use super::*;
@@ -13,7 +13,7 @@ fn turned(yaw: f64, tilt: f64) -> [[f64; 3]; 3] {
     std::array::from_fn(|i| std::array::from_fn(|j| rotation[(i, j)]))
 }
 
-/// The point of a patch that comes to lie at a place in the world.
+/// The point of a patch at a position in the world.
 fn in_patch(placement: &Placement, world: [f64; 3]) -> [f64; 3] {
     let from_origin: [f64; 3] = std::array::from_fn(|k| world[k] - placement.origin_in_world_m[k]);
     std::array::from_fn(|k| (0..3).map(|j| placement.rotation[j][k] * from_origin[j]).sum())
@@ -33,7 +33,7 @@ fn patches(lattice: Lattice, clouds: &[Vec<[f64; 3]>]) -> Patches {
     writer.finish().unwrap()
 }
 
-/// The map that the fuser makes of the same points.
+/// The fuser's map of the same points.
 fn fused(lattice: Lattice, points: &[[f64; 3]]) -> Store {
     let folder = tempfile::tempdir().unwrap();
     let fuser = MapFuser::new(lattice, 64 << 20, folder.path()).unwrap();
@@ -76,7 +76,7 @@ fn a_patch_where_it_was_made_is_the_map_of_its_points() {
             let mut mine = mine.unwrap();
             assert_eq!((mine.own, mine.surfels.len()), (theirs.own, theirs.surfels.len()), "{tile}");
             surfels += mine.own;
-            // Means and covariances are rounded, z counts from elsewhere.
+            // Means and covariances are rounded; z has another origin.
             let dz = (mine.base_z_m() - theirs.base_z_m()) as f32;
             mine.surfels.iter_mut().for_each(|surfel| surfel.centre_in_tile_m[2] += dz);
             for a in &mine.surfels[..mine.own] {
@@ -124,11 +124,11 @@ fn patches_of_one_surface_make_one_surface_wherever_they_are_seen_from() {
             flat += usize::from(floor.abs().min(wall.abs()) < 2e-3);
         }
     }
-    // Where floor and wall meet a voxel has both.
+    // Where floor and wall meet, a voxel has both.
     assert!(all > 3000 && flat as f64 > 0.97 * f64::from(all), "{flat} of {all}");
 }
 
-/// Floor and wall seen from turned keyframes, at places where f32 would tell nothing.
+/// Floor and wall seen from rotated keyframes, at positions beyond the precision of f32.
 #[test]
 fn normals_are_those_of_the_surfaces_far_from_the_origin() {
     let lattice = Lattice::new(0.2).unwrap();
@@ -172,19 +172,19 @@ fn normals_are_those_of_the_surfaces_far_from_the_origin() {
     }
 }
 
-/// What the voxels of patches that fall into one voxel of the map must add up to.
+/// The expected sums of all patch voxels that fall into one voxel of the map.
 #[derive(Debug, Clone, Default)]
 struct Expected {
     count: u64,
     sum: [i64; 3],
-    /// Second moments of the means and what the points spread about them.
+    /// Second moments of the means, plus the spread of the points about them.
     products: [f64; 6],
     voxels: u64,
 }
 
-/// The oracle: every voxel of every patch, one by one, into a sorted map, by the voxel's place in the world. `None` where a
-/// mean lies so near the middle between two lattice units that the last bits of a sum say which it is rounded to: a voxel
-/// goes over whole, so many points would be elsewhere.
+/// The oracle: adds every voxel of every patch, one by one, into a sorted map by the voxel's position in the world.
+/// `None` where a mean lies so near to the middle between two lattice units that the last bits decide its rounding: a
+/// voxel moves whole, so many points would be elsewhere.
 fn added_up(
     lattice: &Lattice,
     patches: &Patches,
@@ -233,7 +233,7 @@ fn added_up(
     Some(expected)
 }
 
-/// Some points around each of some places: voxels with one point and with several.
+/// Some points around each position: voxels with one point and with several.
 fn some_points(places: &[([f64; 3], usize)]) -> Vec<[f64; 3]> {
     let around = |k: usize| [0.02 * k as f64, 0.03 * (k * k % 5) as f64, 0.05 * (k % 3) as f64];
     let of_place = |&(place, count): &([f64; 3], usize)| {
@@ -259,7 +259,7 @@ proptest! {
         let placements: Vec<_> = (0..clouds.len()).map(placement).collect();
         let placed = PlacedPatches::new(&patches, placements.clone()).unwrap();
         let expected = added_up(&lattice, &patches, &placements);
-        // One case in fifty or so; the runner gives up where it is many.
+        // One case in fifty or so; the runner gives up if they are many.
         prop_assume!(expected.is_some());
         let expected = expected.unwrap();
         let points: usize = clouds.iter().map(Vec::len).sum();
@@ -280,7 +280,7 @@ proptest! {
                 let (moments, known) = (&record.moments, known.unwrap());
                 prop_assert_eq!((moments.count, moments.sum), (known.count, known.sum));
                 for (sum, known_sum) in moments.products.iter().zip(known.products) {
-                    // What every voxel adds is rounded.
+                    // Every addend is rounded.
                     let off = (*sum as f64 - known_sum).abs();
                     prop_assert!(off <= 0.51 * known.voxels as f64, "{} {}", sum, known_sum);
                 }

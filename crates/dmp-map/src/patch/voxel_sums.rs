@@ -1,4 +1,4 @@
-//! The voxel sums of a patch while it is made.
+//! The voxel sums of a patch under construction.
 
 use std::collections::HashMap;
 use std::hash::BuildHasherDefault;
@@ -7,14 +7,14 @@ use crate::mix_hasher::MixHasher;
 use crate::moments::Moments;
 use crate::narrow_moments::{NarrowMoments, PackedSums};
 
-/// Sums by voxel, in the order in which voxels were met.
+/// Sums by voxel, in the order of first use.
 #[derive(Debug, Default)]
 pub(super) struct VoxelSums {
     by_voxel: HashMap<(u64, i32), u32, BuildHasherDefault<MixHasher>>,
     /// x, y and z, counted from the patch's origin.
     voxels: Vec<[i32; 3]>,
     sums: Vec<NarrowMoments>,
-    /// What the sums of some voxels could not hold.
+    /// Carried sums of voxels that overflow.
     carried: HashMap<u32, Moments, BuildHasherDefault<MixHasher>>,
 }
 
@@ -68,7 +68,7 @@ impl VoxelSums {
         }
     }
 
-    /// Each voxel once, in the order in which they were met.
+    /// Each voxel once, in the order of first use.
     pub(super) fn iter(&self) -> impl ExactSizeIterator<Item = ([i32; 3], Moments)> {
         self.voxels.iter().zip(&self.sums).enumerate().map(|(slot, (&voxel, sums))| {
             let mut moments = sums.widened();
@@ -87,7 +87,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// As many points as a part may have: of a few such parts the squares do not fit into 32 bits.
+    /// The largest allowed number of points in a part: the squares of a few such parts exceed 32 bits.
     fn many(offset_units: [u16; 3]) -> PackedSums {
         let mut sums = PackedSums::default();
         for _ in 0..PackedSums::most_points(4096) {

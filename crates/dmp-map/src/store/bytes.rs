@@ -1,4 +1,4 @@
-//! The bytes of a store: mapped where nobody can change the file, read where somebody can.
+//! The bytes of a store: mapped if nobody can change the file, else read.
 
 use std::borrow::Cow;
 use std::fs::File;
@@ -8,9 +8,9 @@ use memmap2::Mmap;
 
 /// A store's file.
 ///
-/// A file that is cut short, or on a disk that fails, or on a mount that goes, while it is mapped ends the program without a
-/// word: a page that cannot be had is a signal, not an error. So only files that have lost their names are mapped, which this
-/// process wrote itself a moment ago; they need no file descriptor, however many runs there are.
+/// If a mapped file is truncated, or its disk or mount fails, the program dies by a signal, without an error. So only
+/// unlinked files are mapped, which this process has just written. They need no file descriptor, however many runs
+/// there are.
 #[derive(Debug)]
 pub(super) enum StoreBytes {
     Mapped(Mmap),
@@ -18,21 +18,22 @@ pub(super) enum StoreBytes {
 }
 
 impl StoreBytes {
-    /// Whoever can name the file may change it.
+    /// Reads the file: anyone who can name it may change it.
     pub(super) fn read(file: File) -> io::Result<Self> {
         let length = file.metadata()?.len();
         Ok(Self::Read { file, length })
     }
 
-    /// A file without a name that this process wrote.
+    /// Maps an unlinked file that this process wrote.
     pub(super) fn mapped(file: &File) -> io::Result<Self> {
-        // SAFETY: this process wrote the file and gave its name away since: no other can open it, and none here writes.
+        // SAFETY: this process wrote the file and has unlinked it since: nobody else can open it, and nobody here
+        // writes.
         #[expect(unsafe_code, reason = "mapping a file is unsafe in Rust; this one never changes")]
         let bytes = unsafe { Mmap::map(file) }?;
         Ok(Self::Mapped(bytes))
     }
 
-    /// Bytes of the file when it was opened.
+    /// Size of the file when it was opened, bytes.
     pub(super) fn len(&self) -> u64 {
         match self {
             Self::Mapped(bytes) => bytes.len() as u64,
@@ -40,7 +41,7 @@ impl StoreBytes {
         }
     }
 
-    /// Some bytes; whoever asks has compared their number with that of the file.
+    /// Some bytes; the caller has compared the range with the file's size.
     pub(super) fn at(&self, offset: u64, bytes: u64) -> io::Result<Cow<'_, [u8]>> {
         let end = offset.checked_add(bytes).filter(|&end| end <= self.len());
         let end = end.ok_or(io::ErrorKind::UnexpectedEof)?;

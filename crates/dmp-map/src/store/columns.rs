@@ -1,8 +1,8 @@
-//! Codes of surfels as columns of bytes, made easy for zstd.
+//! Codes of surfels as columns of bytes, arranged for zstd.
 //!
-//! The surfels of a cell share its normal: there are columns of cells, then columns of surfels. Every column is
-//! cut into planes, the lowest bytes of all its values first; each plane is compressed by itself, since bytes that
-//! say nothing about each other would spoil the statistics of those that do.
+//! The surfels of a cell share its normal: there are columns of cells, then columns of surfels. Every column is cut
+//! into planes, the lowest bytes of all its values first. Each plane is compressed separately, so that unrelated bytes
+//! do not spoil its statistics.
 
 use std::io::Write;
 
@@ -15,13 +15,13 @@ pub(super) const CELL_BYTES: usize = 15;
 /// Bytes of the columns of surfels: the place across, the depth, the steps of support.
 const SURFEL_COLUMNS: [usize; 5] = [2, 2, 3, 4, 4];
 pub(super) const SURFEL_BYTES: usize = 15;
-/// The normal's axis stands above its first slope.
+/// Position of the normal's axis, above its first slope.
 const AXIS_SHIFT: u32 = 20;
 const ZSTD_LEVEL: i32 = 1;
 
-/// Codes as a zstd frame, and the number of their cells.
+/// Codes as a zstd frame, and their number of cells.
 pub(super) fn pack(codes: &[SurfelCode]) -> std::io::Result<(Vec<u8>, u32)> {
-    // A cell's voxels in their order, once each: otherwise what follows is told as another cell.
+    // A cell has its voxels in order, once each; anything else starts another cell.
     let one_cell = |a: &SurfelCode, b: &SurfelCode| {
         cell_of(a) == cell_of(b) && place_of(a) < place_of(b) && a.normal == b.normal
     };
@@ -54,18 +54,18 @@ pub(super) fn pack(codes: &[SurfelCode]) -> std::io::Result<(Vec<u8>, u32)> {
     Ok((columns.zstd.finish()?, cells.len() as u32))
 }
 
-/// z, y and x of the 2 v cell that holds a code's voxel, backwards.
+/// z, y and x of the 2 v cell that contains a code's voxel, reversed.
 fn cell_of(code: &SurfelCode) -> [i32; 3] {
     code.voxel.map(|v| v >> 1)
 }
 
-/// Which of its cell's eight voxels holds a code.
+/// The index of a code's voxel in its cell.
 fn place_of(code: &SurfelCode) -> u32 {
     let [x, y, z] = code.voxel.map(|v| (v & 1) as u32);
     z << 2 | y << 1 | x
 }
 
-/// Small numbers of either sign as small numbers.
+/// Maps small numbers of either sign to small unsigned numbers.
 fn zigzag(value: i32) -> u32 {
     (value << 1 ^ value >> 31) as u32
 }
@@ -92,21 +92,21 @@ impl Columns {
             self.plane.clear();
             self.plane.extend(values.iter().map(|value| (value >> (8 * k)) as u8));
             self.zstd.write_all(&self.plane)?;
-            // Ends the block, and with it its statistics.
+            // Ends the block and thus its statistics.
             self.zstd.flush()?;
         }
         Ok(())
     }
 }
 
-/// Whose surfels a blob holds.
+/// Whose surfels a blob has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Whose {
     Own,
     Neighbours,
 }
 
-/// What is read from a blob's planes.
+/// Reads a blob's planes.
 struct Planes<'a> {
     bytes: &'a [u8],
     at: usize,
@@ -135,10 +135,10 @@ impl<const N: usize> Column<'_, N> {
     }
 }
 
-/// Hands over the codes in a blob that was unzipped, of which there are to be `surfels` in `cells`.
+/// Passes on the codes of an uncompressed blob, which must have `surfels` in `cells`.
 ///
 /// # Errors
-/// When its length is another, or a number in it is none that codes have.
+/// When its length differs, or a number in it is not valid for codes.
 pub(super) fn unpack(
     bytes: &[u8],
     [cells, surfels]: [usize; 2],
@@ -286,7 +286,7 @@ mod tests {
         fn bytes_that_are_no_codes_are_refused_or_are_some(
             bytes in prop::collection::vec(any::<u8>(), 15 * 12), cells in 1..12usize, few in any::<bool>(),
         ) {
-            // Nothing that has a checksum of its own is trusted to be what we wrote.
+            // A valid checksum does not prove that we wrote the data.
             let lattice = Lattice::new(0.5).unwrap();
             let mut bytes = bytes;
             if few {

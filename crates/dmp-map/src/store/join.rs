@@ -1,4 +1,4 @@
-//! Stores with different tiles of a map become one.
+//! Joins stores with disjoint tiles of a map into one.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use super::write::{Durability, StoreSummary, StoreWriter};
 use crate::MapError;
 use crate::lattice::Lattice;
 
-/// Writes the tiles of `stores`, which have none in common, to one store at `path`. Tiles are copied, not made anew.
+/// Writes the tiles of `stores`, which must be disjoint, to one store at `path`. Tiles are copied unchanged.
 ///
 /// # Errors
 /// When a store is damaged or has another grid, two have the same tile, or the file cannot be written.

@@ -1,4 +1,4 @@
-//! What the bytes of a store mean, but for the blobs.
+//! The byte layout of a store, except the blobs.
 
 use dmp_disk::TileId;
 
@@ -11,7 +11,7 @@ use dmp_sensor::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 /// Version of the store format this program writes and reads.
 pub const VERSION: u32 = 3;
 
-/// What the header says of the blobs: codes of surfels, compressed.
+/// The header's code for the form of blobs: compressed codes of surfels.
 pub(super) const FORM: u32 = 1;
 pub(super) const MAGIC: [u8; 8] = *b"DMPSTORE";
 pub(super) const END_MAGIC: [u8; 8] = *b"DMPSTEND";
@@ -22,16 +22,16 @@ pub(super) const FOOTER_BYTES: usize = 40;
 pub(super) const ENTRY_BYTES: usize = 84;
 /// The frame of the map: x, y, z and the quaternion x, y, z, w.
 pub(super) const FRAME_BYTES: usize = 56;
-/// Most surfels a tile may claim: bounds what a forged directory can make us allocate (1 GiB).
+/// Most surfels of a tile: limits the allocation for a forged directory (1 GiB).
 pub(super) const MAX_TILE_SURFELS: u32 = 1 << 25;
 /// Longest text kept in a store.
 pub(super) const MAX_TEXT_BYTES: usize = 1 << 20;
-/// Of a directory, which is read whole: six million tiles.
+/// Limit of a directory, which is read whole: six million tiles.
 pub(super) const MAX_DIRECTORY_BYTES: u64 = 512 << 20;
-/// No zstd frame gives more than this for a byte: a block of at least 4 bytes gives at most 128 KiB.
+/// Upper limit of zstd's ratio: a block of at least 4 bytes gives at most 128 KiB.
 const MOST_INFLATION: u64 = 1 << 15;
 
-/// A run of bytes in the file, and what it stands for.
+/// A range of bytes in the file, and its content.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Blob {
     /// First byte.
@@ -46,18 +46,18 @@ pub struct Blob {
     pub crc32: u32,
 }
 
-/// Where a map comes from: what its file says of it beside the tiles.
+/// The origin of a map: the description in its file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Origin {
-    /// A text for people, kept up to a mebibyte.
+    /// A text for display, up to a mebibyte.
     pub text: String,
-    /// The frame that the map is made in, seen from that of whoever made it: a run is brought into a frame of its own
-    /// making, and its map is to be told in the frame of its trajectory.
+    /// The frame of the map relative to its maker's. A run's map is computed in the canonical frame and reported in the
+    /// frame of its trajectory.
     pub own_from_world: Isometry3<f64>,
 }
 
 impl Origin {
-    /// Of a map that was made in the frame its maker has.
+    /// The origin of a map in its maker's own frame.
     pub fn of(text: impl Into<String>) -> Self {
         Self { text: text.into(), own_from_world: Isometry3::identity() }
     }
@@ -67,23 +67,23 @@ impl Origin {
         place.iter().chain(rotation.iter()).flat_map(|number| number.to_le_bytes()).collect()
     }
 
-    /// The frame that these bytes tell, unless it is none.
+    /// The frame in these bytes, if valid.
     pub(super) fn frame_of(bytes: &[u8; FRAME_BYTES]) -> Option<Isometry3<f64>> {
         let mut at = Cursor { bytes, at: 0 };
         let [x, y, z, i, j, k, w]: [f64; 7] = std::array::from_fn(|_| at.f64());
         let rotation = Quaternion::new(w, i, j, k);
         let is_frame = [x, y, z].iter().all(|c| c.is_finite()) && (rotation.norm() - 1.0).abs() < 1e-9;
-        // As it was written, to the bit.
+        // Bit-identical to what was written.
         is_frame.then(|| {
             Isometry3::from_parts(Translation3::new(x, y, z), UnitQuaternion::new_unchecked(rotation))
         })
     }
 }
 
-/// What the directory says of one tile.
+/// The directory's entry of a tile.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TileEntry {
-    /// Which tile.
+    /// The tile.
     pub tile: TileId,
     /// Surfels whose voxels lie in the tile.
     pub own: Blob,
@@ -105,7 +105,7 @@ impl TileEntry {
         u64::from(self.own.surfels) + u64::from(self.borders.surfels)
     }
 
-    /// The place that the tile's coordinates count from: its corner, and a z amid its surfels, world metres.
+    /// The origin of the tile's coordinates: its corner, and a z among its surfels, world metres.
     pub fn origin_in_world_m(&self, lattice: &Lattice) -> [f64; 3] {
         let [x, y] = lattice.tile_corner_m(self.tile);
         let base_units = i64::from(self.base_voxel_z) * i64::from(lattice.voxel_units());
@@ -146,7 +146,7 @@ impl TileEntry {
         Self { tile, own, borders, base_voxel_z, extent }
     }
 
-    /// Whether what it says can be true of a file whose blobs end at `blobs_end`.
+    /// Whether it is valid in a file whose blobs end at `blobs_end`.
     pub(super) fn check(&self, blobs_end: u64) -> Result<(), String> {
         for blob in [&self.own, &self.borders] {
             let end = blob.offset.checked_add(u64::from(blob.bytes));
@@ -168,12 +168,12 @@ impl TileEntry {
 }
 
 impl Blob {
-    /// Bytes of the blob when unzipped.
+    /// Uncompressed bytes of the blob.
     pub(super) fn unzipped_bytes(&self) -> u64 {
         u64::from(self.rows) * CELL_BYTES as u64 + u64::from(self.surfels) * SURFEL_BYTES as u64
     }
 
-    /// Whether so many cells may have so many surfels, and both come out of so few bytes.
+    /// Whether this many cells can have this many surfels, and this many bytes can decompress to both.
     fn codes_fit(&self) -> bool {
         let (cells, surfels) = (u64::from(self.rows), u64::from(self.surfels));
         (cells..=8 * cells).contains(&surfels)
@@ -181,7 +181,7 @@ impl Blob {
     }
 }
 
-/// Little-endian numbers from bytes whose length the caller has checked; past the end they are zero.
+/// Reads little-endian numbers from bytes whose length the caller has checked; past the end they are zero.
 pub(super) struct Cursor<'a> {
     pub(super) bytes: &'a [u8],
     pub(super) at: usize,

@@ -1,4 +1,4 @@
-//! Loading tiles of a store.
+//! Loads tiles of a store.
 
 use dmp_disk::TileId;
 use dmp_sensor::{Point3, Vector3};
@@ -12,12 +12,12 @@ use crate::tile::{Tile, TileExtent};
 use crate::tile_source::TileSource;
 use crate::tile_surfels::TileSurfels;
 
-/// A disc of a map in the frame of whoever made the map.
+/// A disc of a map in its maker's frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OwnDisc {
     /// Its centre, metres.
     pub centre_in_own_m: [f64; 3],
-    /// Its unit normal; the sign means nothing.
+    /// Its unit normal; its sign has no meaning.
     pub normal_in_own: [f32; 3],
 }
 
@@ -25,7 +25,7 @@ impl Store {
     /// Loads a tile; `None` where the map is empty. `O(surfels)`.
     ///
     /// # Errors
-    /// When the tile's bytes are not those that were written.
+    /// When the tile's bytes are damaged.
     pub fn load(&self, tile: TileId) -> Result<Option<Tile>, MapError> {
         let Some(entry) = self.entry(tile) else { return Ok(None) };
         let lattice = self.lattice();
@@ -61,7 +61,7 @@ impl Store {
         }))
     }
 
-    /// A tile's own surfels as they were written; none where the map is empty.
+    /// A tile's own surfels as written; none where the map is empty.
     pub(crate) fn own_codes(&self, tile: TileId) -> Result<TileSurfels, MapError> {
         let Some(entry) = self.entry(tile) else { return Ok(TileSurfels::default()) };
         let mut codes = Vec::with_capacity(entry.own.surfels as usize);

@@ -1,8 +1,8 @@
 //! The store: one immutable file of checksummed tiles.
 //!
-//! Header, blobs, directory, footer; all numbers little-endian. A blob holds codes of surfels, compressed. The
-//! directory at the end says for every tile where its two blobs are and what bounds its surfels.
-//! `docs/store-format.md` has every byte.
+//! Header, blobs, directory, footer; all numbers little-endian. A blob has compressed codes of surfels. The directory
+//! at the end has for every tile the positions of its two blobs and the bounds of its surfels. `docs/store-format.md`
+//! has every byte.
 
 mod bytes;
 mod columns;

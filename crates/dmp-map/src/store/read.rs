@@ -1,4 +1,4 @@
-//! Opening a store: its header, directory and footer, and the bytes of its blobs.
+//! Opens a store: reads its header, directory and footer, and the bytes of its blobs.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -19,8 +19,7 @@ use dmp_sensor::{Isometry3, Point3};
 
 /// A finished map of surfels, opened for reading; shared freely between threads.
 ///
-/// Opening checks everything but the tiles, loading a tile checks that tile: nothing damaged is ever
-/// handed out.
+/// Opening checks everything except the tiles; loading a tile checks that tile. Damaged data is never returned.
 #[derive(Debug)]
 pub struct Store {
     path: PathBuf,
@@ -35,14 +34,14 @@ impl Store {
     /// Opens a store and checks its header, directory and footer.
     ///
     /// # Errors
-    /// When the file cannot be read, is no store, is of another version, cut short or damaged.
+    /// When the file cannot be read, is no store, or is of another version, truncated or damaged.
     pub fn open(path: &Path) -> Result<Self, MapError> {
         let file = open_input(path).map_err(MapError::io(path, "cannot open the map"))?;
         Self::of(path, StoreBytes::read(file).map_err(MapError::io(path, "cannot read the map"))?)
     }
 
-    /// Opens a store that this process wrote and takes its name away: the file lives as long as somebody reads it and
-    /// vanishes then, however the process ends. (Where the system does not allow that, it keeps its name.)
+    /// Opens a store that this process wrote, and unlinks it: the file lives until the last reader closes it, however
+    /// the process ends. (If the system does not allow that, the file keeps its name.)
     ///
     /// # Errors
     /// As [`Store::open`].
@@ -50,7 +49,7 @@ impl Store {
         let file = File::open(path).map_err(MapError::io(path, "cannot open the map"))?;
         let bytes = match std::fs::remove_file(path) {
             Ok(()) => StoreBytes::mapped(&file),
-            // A name that stays is removed with the work folder it is in.
+            // A file that stays is removed with its work folder.
             Err(_) => StoreBytes::read(file),
         };
         Self::of(path, bytes.map_err(MapError::io(path, "cannot map the map"))?)
@@ -94,7 +93,7 @@ impl Store {
         Ok(Self { path: path.to_path_buf(), bytes, lattice, origin, entries, bounds })
     }
 
-    /// Where it was opened.
+    /// The path at which it was opened.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -104,17 +103,17 @@ impl Store {
         self.lattice
     }
 
-    /// Where the map comes from.
+    /// The origin of the map.
     pub fn origin(&self) -> &Origin {
         &self.origin
     }
 
-    /// The frame of the map, seen from that of its maker.
+    /// The transform from the map's frame to its maker's.
     pub fn own_from_world(&self) -> &Isometry3<f64> {
         &self.origin.own_from_world
     }
 
-    /// Smallest and largest x, y and z that the discs of a tile may reach in the frame of its maker, metres.
+    /// Smallest and largest x, y and z that the discs of a tile may reach in its maker's frame, metres.
     pub fn box_in_own_m(&self, entry: &TileEntry) -> [[f64; 3]; 2] {
         let ([x, y], edge_m) = (self.lattice.tile_corner_m(entry.tile), self.lattice.tile_edge_m());
         let [low_z, high_z] = entry.extent.z_range_m;
@@ -131,7 +130,7 @@ impl Store {
         corners
     }
 
-    /// What the directory says of a tile; `None` where the map is empty.
+    /// The directory's entry of a tile; `None` where the map is empty.
     #[inline]
     pub fn entry(&self, tile: TileId) -> Option<&TileEntry> {
         self.entries.get(&tile)
@@ -155,7 +154,7 @@ impl Store {
     /// A blob's bytes, compared with its checksum.
     ///
     /// # Errors
-    /// When they cannot be read, or are not those that were written.
+    /// When they cannot be read, or are damaged.
     pub fn blob(&self, tile: TileId, blob: &Blob) -> Result<Cow<'_, [u8]>, MapError> {
         let damaged = |detail| self.damaged_tile(tile, blob, detail);
         let bytes = self.bytes.at(blob.offset, u64::from(blob.bytes));
@@ -164,7 +163,7 @@ impl Store {
         Ok(bytes)
     }
 
-    /// That a tile's blob holds what it cannot hold.
+    /// The error of a tile whose blob has invalid content.
     pub(super) fn damaged_tile(&self, tile: TileId, blob: &Blob, detail: String) -> MapError {
         MapError::DamagedTile { path: self.path.clone(), tile, offset: blob.offset, detail }
     }
@@ -181,12 +180,12 @@ fn lattice_of(path: &Path, header: &[u8]) -> Result<Lattice, MapError> {
     let crc32 = Cursor { bytes: header, at: HEADER_BYTES - 4 }.u32();
     check_crc(&header[..HEADER_BYTES - 4], crc32).map_err(damaged)?;
     if form != FORM {
-        return Err(damaged(format!("form {form} is none of version {VERSION}")));
+        return Err(damaged(format!("form {form} is unknown in version {VERSION}")));
     }
     let lattice = Lattice::from_parts(voxel_units, tile_voxels);
     lattice.filter(|lattice| lattice.across_steps() == across_steps).ok_or_else(|| {
         let grid = format!("voxels of {voxel_units} units of {across_steps} steps, {tile_voxels} a tile");
-        damaged(format!("{grid}: no such grid"))
+        damaged(format!("{grid}: invalid grid"))
     })
 }
 
@@ -207,7 +206,7 @@ struct Footer {
 }
 
 impl Footer {
-    /// Of its bytes, and where in the file they begin.
+    /// Decodes its bytes, given their position in the file.
     fn of(footer: &[u8], footer_at: u64) -> Result<Self, String> {
         if footer[FOOTER_BYTES - 8..] != END_MAGIC {
             return Err(format!("no end mark at byte {footer_at}: the file was cut short"));
@@ -235,7 +234,7 @@ fn split_directory(
     let text = std::str::from_utf8(text).map_err(|_| "its text is not UTF-8")?;
     let (frame, rows) =
         directory[4 + text_bytes..].split_first_chunk::<FRAME_BYTES>().ok_or("its frame does not fit")?;
-    let own_from_world = Origin::frame_of(frame).ok_or("its frame is no rigid motion")?;
+    let own_from_world = Origin::frame_of(frame).ok_or("its frame is not a rigid motion")?;
     let (rows, rest) = rows.as_chunks::<ENTRY_BYTES>();
     if rows.len() as u64 != tiles || !rest.is_empty() {
         return Err(format!("it holds {} tiles, the footer says {tiles}", rows.len()));

@@ -1,4 +1,4 @@
-//! Writing a store.
+//! Writes a store.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -17,33 +17,33 @@ use crate::MapError;
 use crate::lattice::Lattice;
 use crate::tile_surfels::TileSurfels;
 
-/// Whether a store is to survive a power cut.
+/// Whether a store must survive a power cut.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Durability {
-    /// Synchronised to disk before it gets its name.
+    /// Synced to disk before it gets its name.
     Durable,
-    /// Given its name without waiting for the disk: for what goes with the process.
+    /// Named without waiting for the disk: for files that end with the process.
     Temporary,
 }
 
-/// What a finished store holds.
+/// The summary of a finished store.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StoreSummary {
-    /// Where it is.
+    /// Its path.
     pub path: PathBuf,
-    /// Tiles with anything in them.
+    /// Non-empty tiles.
     pub tiles: u64,
     /// Surfels, copies over borders not counted.
     pub surfels: u64,
     /// Copies of discs over tile borders.
     pub border_copies: u64,
-    /// Occupied voxels that gave no surfel: too few points, or no plane.
+    /// Occupied voxels without a surfel: too few points, or no plane.
     pub thin_voxels: u64,
     /// Length of the file.
     pub bytes: u64,
 }
 
-/// Writes a store tile by tile, under a temporary name until it is whole.
+/// Writes a store tile by tile, under a temporary name until it is complete.
 #[derive(Debug)]
 pub(crate) struct StoreWriter {
     path: PathBuf,
@@ -60,7 +60,7 @@ impl StoreWriter {
     /// Begins a file at `path`.
     ///
     /// # Errors
-    /// When it cannot be made there.
+    /// When it cannot be created there.
     pub(crate) fn create(path: &Path, lattice: Lattice, origin: &Origin) -> Result<Self, MapError> {
         let created = OutputFile::create(path).and_then(|output| Ok((output.file()?, output)));
         let (file, output) = created.map_err(MapError::io(path, "cannot create the store"))?;
@@ -128,7 +128,7 @@ impl StoreWriter {
         Ok(())
     }
 
-    /// Writes a blob. What it stands for is left open.
+    /// Writes a blob; the caller sets its content fields.
     fn put_blob(&mut self, content: &[u8]) -> Result<Blob, MapError> {
         let offset = self.at;
         let bytes = u32::try_from(content.len()).map_err(|_| MapError::Damaged {
@@ -140,10 +140,10 @@ impl StoreWriter {
         Ok(Blob { offset, bytes, crc32: crc32fast::hash(content), ..Blob::default() })
     }
 
-    /// Takes a tile over from another store, as it is there.
+    /// Copies a tile from another store, unchanged.
     ///
     /// # Errors
-    /// When it is damaged there, or cannot be written.
+    /// When it is damaged, or cannot be written.
     pub(crate) fn copy(&mut self, from: &Store, entry: &TileEntry) -> Result<(), MapError> {
         let mut copied = *entry;
         for blob in [&mut copied.own, &mut copied.borders] {
@@ -162,10 +162,10 @@ impl StoreWriter {
         }
     }
 
-    /// Directory and footer, then the name.
+    /// Writes directory and footer, then names the file.
     ///
     /// # Errors
-    /// When they cannot be written; then no file appears, and what was there before is untouched.
+    /// When they cannot be written; then `path` is unchanged.
     pub(crate) fn finish(mut self, durability: Durability) -> Result<StoreSummary, MapError> {
         let mut directory = Vec::new();
         directory.extend((self.origin.text.len() as u32).to_le_bytes());

@@ -12,8 +12,8 @@ use crate::fuser::MapFuser;
 use crate::moments::VoxelRecord;
 use crate::write_map::SummedTiles as _;
 
-/// Some voxels of a tile in a file: row and column of the tile, where they begin, their bytes, how many they are, and the CRC-32 of
-/// the bytes.
+/// Some voxels of a tile in a file: row and column of the tile, offset, length in bytes, number of voxels, and CRC-32
+/// of the bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SumsBlock {
     y: i32,
@@ -30,31 +30,31 @@ impl SumsBlock {
         TileId { y: self.y, x: self.x }
     }
 
-    /// Where it lies in the file.
+    /// Its byte range in the file.
     pub fn range(&self) -> std::ops::Range<u64> {
         self.offset..self.offset.saturating_add(u64::from(self.bytes))
     }
 
-    /// Voxels in it.
+    /// Number of voxels.
     pub fn voxels(&self) -> u64 {
         u64::from(self.voxels)
     }
 }
 
-/// What a file of sums holds: tile after tile, of each the voxels by their cells.
+/// The content of a file of sums: tile after tile, with the voxels by their cells.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SumsList {
-    /// Its blocks, those of a tile one after the other.
+    /// Its blocks, those of a tile consecutive.
     pub blocks: Vec<SumsBlock>,
     /// Points that were added.
     pub points: u64,
 }
 
 impl MapFuser {
-    /// Writes all sums to a new file at `path`, which appears when it is whole; the list of what is where goes elsewhere.
+    /// Writes all sums to a new file at `path`, which appears when it is complete; the list of its blocks is returned.
     ///
     /// # Errors
-    /// When the scratch file cannot be read back or the file not be written.
+    /// When the scratch file cannot be read back or the file cannot be written.
     pub fn write_sums(self, path: &Path) -> Result<SumsList, MapError> {
         let io = |what| MapError::io(path, what);
         let output = OutputFile::create(path).map_err(io("cannot create the file"))?;
@@ -87,7 +87,7 @@ impl MapFuser {
     }
 }
 
-/// A file of sums, to be merged with others.
+/// A file of sums, to merge with others.
 #[derive(Debug)]
 pub struct SumsFile {
     path: PathBuf,
@@ -96,17 +96,17 @@ pub struct SumsFile {
 }
 
 impl SumsFile {
-    /// The file at `path`, of which `list` was told. It is open only while it is read: there may be thousands.
+    /// The file at `path`, described by `list`. It is open only while it is read: there may be thousands.
     ///
     /// # Errors
-    /// When the list is none of a file.
+    /// When the list is not valid for a file.
     pub fn listed(path: &Path, list: SumsList) -> Result<Self, MapError> {
         let is_sorted = list.blocks.is_sorted_by_key(SumsBlock::tile);
         let fits = |block: &SumsBlock| (1..=BLOCK as u32).contains(&block.voxels);
-        // More than records that cannot be compressed at all.
+        // More than records that do not compress at all.
         let most = 2 * (BLOCK * RECORD_BYTES) as u32;
         if !is_sorted || !list.blocks.iter().all(|block| fits(block) && block.bytes <= most) {
-            let detail = "its blocks are not those of a file".to_owned();
+            let detail = "its blocks are inconsistent".to_owned();
             return Err(MapError::Damaged { path: path.to_owned(), part: "list of voxel sums", detail });
         }
         Ok(Self { path: path.to_owned(), blocks: list.blocks })
@@ -117,7 +117,7 @@ impl SumsFile {
         &self.blocks
     }
 
-    /// The voxels of a tile, by their cells; of them one block is in memory.
+    /// The voxels of a tile, by their cells; one block of them is in memory.
     pub(super) fn voxels_of(&self, tile: TileId) -> impl Iterator<Item = Result<VoxelRecord, MapError>> {
         let from = self.blocks.partition_point(|block| block.tile() < tile);
         let of_tile = self.blocks.iter().skip(from).take_while(move |block| block.tile() == tile);

@@ -1,4 +1,4 @@
-//! Files of sums become a map, or a part of one.
+//! Merges files of sums into a map or a part of one.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -15,9 +15,9 @@ use crate::tile_span::TileSpan;
 use crate::tile_surfels::{TileSurfels, surfels_of};
 use crate::write_map::{SummedTiles, write_map};
 
-/// Sums up what `files` hold of each voxel, makes surfels of it and writes the tiles of `span` to a store at `path`: as they are
-/// in the store of all. Surfels of at most `budget_bytes` are in memory, and of each file a block for each thread. `on_tile` is told
-/// after each batch how many tiles are done, of how many.
+/// Merges the sums of `files` per voxel, computes surfels and writes the tiles of `span` to a store at `path`, equal to
+/// those of the whole store. In memory are surfels of at most `budget_bytes`, and for each thread a block of each file.
+/// `on_tile` receives, after each batch, the number of finished tiles and their total.
 ///
 /// # Errors
 /// When a file is damaged, or the store cannot be written; then no store appears at `path`.
@@ -37,11 +37,11 @@ pub fn merge_sums(
     write_map(&sums, span, (path, origin, durability), on_tile)
 }
 
-/// Files of sums, side by side.
+/// Files of sums, merged.
 struct FileSums<'a> {
     lattice: Lattice,
     files: &'a [SumsFile],
-    /// In all files together.
+    /// Over all files.
     voxels: BTreeMap<TileId, usize>,
     room_bytes: usize,
 }

@@ -1,5 +1,4 @@
-//! Sums of voxels as files: what is fused of some scans in one place goes to another, and with that of the other scans becomes
-//! a map.
+//! Sums of voxels as files: parts that were fused on different machines are merged into one map.
 
 mod file;
 mod merge;

@@ -4,14 +4,14 @@ use bytemuck::Zeroable as _;
 
 use crate::moments::VoxelRecord;
 
-/// Records of a block, at most: of each file that is merged one block is in memory.
+/// Most records of a block: one block of each merged file is in memory.
 pub(super) const BLOCK: usize = 4096;
 /// Bytes of a record.
 pub(super) const RECORD_BYTES: usize = size_of::<VoxelRecord>();
-/// Most numbers have few digits, and these are alike: the fastest level takes most of what there is to take.
+/// Most numbers have few digits, and these are alike: the fastest level gains almost everything.
 const LEVEL: i32 = 1;
 
-/// The first bytes of all records, then the second ones, and so on: most of them are 0. Compressed.
+/// The first bytes of all records, then the second ones, and so on: most of them are 0. Then compressed.
 pub(super) fn pack(records: &[VoxelRecord], planes: &mut Vec<u8>) -> std::io::Result<Vec<u8>> {
     let bytes: &[u8] = bytemuck::cast_slice(records);
     planes.clear();
@@ -21,7 +21,7 @@ pub(super) fn pack(records: &[VoxelRecord], planes: &mut Vec<u8>) -> std::io::Re
     zstd::bulk::compress(planes, LEVEL)
 }
 
-/// The same back: so many records.
+/// The inverse, for this many records.
 pub(super) fn unpack(packed: &[u8], records: usize) -> Result<Vec<VoxelRecord>, String> {
     let length = records * RECORD_BYTES;
     let planes = zstd::bulk::decompress(packed, length).map_err(|e| format!("cannot decompress: {e}"))?;

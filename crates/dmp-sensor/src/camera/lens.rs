@@ -76,27 +76,6 @@ impl Distortion {
 mod tests {
     use super::*;
 
-    const FREIBURG1: Distortion =
-        Distortion { radial: [0.2624, -0.9531, 1.1633], tangential: [-0.0054, 0.0026] };
-
-    #[test]
-    fn the_slope_is_that_of_small_steps() {
-        for place in [[0.0, 0.0], [0.3, -0.2], [-0.6, 0.45]] {
-            let slope = FREIBURG1.slope(place);
-            for k in 0..2 {
-                let beside = |step: f64| {
-                    let mut beside = place;
-                    beside[k] += step;
-                    FREIBURG1.done(beside)
-                };
-                let (low, high) = (beside(-1e-6), beside(1e-6));
-                for row in 0..2 {
-                    assert!((slope[row][k] - (high[row] - low[row]) / 2e-6).abs() < 1e-8);
-                }
-            }
-        }
-    }
-
     #[test]
     fn a_place_beyond_the_fold_shows_nothing() {
         let folding = Distortion { radial: [-0.5, 0.0, 0.0], tangential: [0.0; 2] };

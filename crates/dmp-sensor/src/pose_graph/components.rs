@@ -4,7 +4,7 @@ use super::{PoseEdge, PoseGraph};
 use std::collections::BTreeMap;
 use std::fmt;
 
-/// Components that a message names; of the others it tells how many there are.
+/// Components that a message names; of the others it gives the number.
 const NAMED: usize = 4;
 
 /// Vertices that edges connect, one with every other.

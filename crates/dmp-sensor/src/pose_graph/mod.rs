@@ -20,9 +20,15 @@ pub struct PoseEdge {
     pub to: i64,
     /// The pose of `to` in the frame of `from`, metres.
     pub from_from_to: Isometry3<f64>,
-    /// The inverse covariance of what the measurement is off by, in the order of g2o: x, y, z in metres, then x, y, z of the
+    /// The inverse covariance of the measurement error, in the order of g2o: x, y, z in metres, then x, y, z of the
     /// unit quaternion, which for small angles are half of them in radians.
     pub information: Matrix6<f64>,
+}
+
+impl AsRef<[PoseEdge]> for PoseEdge {
+    fn as_ref(&self) -> &[Self] {
+        std::slice::from_ref(self)
+    }
 }
 
 /// Vertices with poses, edges between them, and which vertices are held where they are.

@@ -94,33 +94,3 @@ fn parts_that_no_edge_connects_are_named() {
     assert_eq!(apart.components(&extra), [component(6, 0), component(2, 30)]);
     assert_eq!(apart.check_connected(&[&extra[..], &[edge(30, 1)]].concat()), Ok(()));
 }
-
-/// The components by walking the edges again and again, for graphs of any form.
-#[test]
-fn components_are_those_of_a_walk() {
-    let mut state = 1_u64;
-    let mut random = |below: i64| {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 33) as i64 % below
-    };
-    for _ in 0..100 {
-        let count = 1 + random(30);
-        let ids: Vec<i64> = (0..count).collect();
-        let pairs = (0..random(40)).map(|_| (random(count), random(count)));
-        let pairs: Vec<(i64, i64)> = pairs.filter(|(a, b)| a != b).collect();
-        let mut label = ids.clone();
-        for _ in 0..count {
-            for &(a, b) in &pairs {
-                let least = label[a as usize].min(label[b as usize]);
-                (label[a as usize], label[b as usize]) = (least, least);
-            }
-        }
-        let mut sizes: BTreeMap<i64, usize> = BTreeMap::new();
-        label.iter().for_each(|&first| *sizes.entry(first).or_default() += 1);
-        let mut found = graph(&ids, &pairs).components(&[]);
-        assert!(found.is_sorted_by_key(|component| (usize::MAX - component.vertices, component.first)));
-        found.sort_by_key(|component| component.first);
-        let found: Vec<(i64, usize)> = found.into_iter().map(|part| (part.first, part.vertices)).collect();
-        assert_eq!(found, sizes.into_iter().collect::<Vec<_>>());
-    }
-}

@@ -2,19 +2,19 @@
 
 use dmp_sensor::Isometry3;
 
+use crate::city::course::Course;
 use crate::city::plan::Plan;
 use crate::city::terrain::{Patch, Terrain};
 use crate::city::tour::tour;
-use crate::city::way::Way;
 use crate::motion::{self, HEIGHT_M, MARGIN_S, START_NS};
 use crate::route_path::{CORNER_M, corner, lane};
 use crate::sway::{Stance, Sways};
 
-/// A car's way through a city: its pose at every instant.
+/// A car's course through a city: its pose at every instant.
 #[derive(Debug, Clone)]
 pub(crate) struct CityDrive {
     pub(crate) terrain: Terrain,
-    way: Way,
+    course: Course,
     sways: Sways,
     /// When the first scan starts, seconds after the start of the line.
     lead_s: f64,
@@ -26,19 +26,19 @@ impl CityDrive {
     /// Over `travel_m` of streets, a `share` of them again.
     pub(crate) fn new(plan: Plan, travel_m: f64, share: f64, speed_m_s: f64) -> Self {
         let lead_m = MARGIN_S * 1.1 * speed_m_s;
-        // Curves cut the corners: less than a tenth of the way for blocks of this size.
+        // Curves cut the corners: less than a tenth of the length for blocks of this size.
         let tour = tour(plan, lead_m + travel_m * 1.12 + lead_m, share);
-        let way =
-            Way::new(&lane(&tour.corners), corner(CORNER_M, 1.0), speed_m_s, &mut plan.random(b'v', &[]));
-        let lead_s = way.time_s(lead_m);
-        let duration_s = way.time_s(lead_m + travel_m) - lead_s;
+        let course =
+            Course::new(&lane(&tour.corners), corner(CORNER_M, 1.0), speed_m_s, &mut plan.random(b'v', &[]));
+        let lead_s = course.time_s(lead_m);
+        let duration_s = course.time_s(lead_m + travel_m) - lead_s;
         let sways = Sways::of_car(plan.seed);
-        Self { terrain: Terrain { plan }, way, sways, lead_s, duration_s, revisited: tour.revisited }
+        Self { terrain: Terrain { plan }, course, sways, lead_s, duration_s, revisited: tour.revisited }
     }
 
     /// Place on the map, metres.
     pub(crate) fn place(&self, stamp_ns: i64) -> [f64; 2] {
-        let at = self.way.at(self.time_s(stamp_ns) + self.lead_s).1;
+        let at = self.course.at(self.time_s(stamp_ns) + self.lead_s).1;
         [at.x, at.y]
     }
 
@@ -51,15 +51,15 @@ impl CityDrive {
         self.pose(stamp_ns, |x, y| self.terrain.at(x, y))
     }
 
-    /// The same on ground that is at hand.
+    /// The same on a patch of ground that is already computed.
     pub(crate) fn world_from_body_on(&self, ground: &Patch, stamp_ns: i64) -> Isometry3<f64> {
         self.pose(stamp_ns, |x, y| ground.at(x, y))
     }
 
     fn pose(&self, stamp_ns: i64, ground: impl Fn(f64, f64) -> (f64, [f64; 2])) -> Isometry3<f64> {
         let time_s = self.time_s(stamp_ns);
-        let (way_m, at) = self.way.at(time_s + self.lead_s);
-        let on_map = self.sways.on_map(&at, way_m);
+        let (travel_m, at) = self.course.at(time_s + self.lead_s);
+        let on_map = self.sways.on_map(&at, travel_m);
         let (floor_m, slope) = ground(on_map[0], on_map[1]);
         self.sways.pose(on_map, &Stance::on_ground(floor_m, slope, on_map[2]), HEIGHT_M, time_s)
     }
@@ -111,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn the_motion_is_smooth_and_twenty_poses_a_second_tell_it_to_a_millimetre() {
+    fn the_motion_is_smooth_and_twenty_poses_a_second_give_it_to_a_millimetre() {
         let drive = drive(0.3);
         let poses = (-1..2000).map(|k| START_NS + k * 50_000_000);
         let run = poses.map(|t| (t, drive.world_from_body_at(t))).collect();
@@ -125,16 +125,6 @@ mod tests {
                 (drive.world_from_body_at(stamp_ns), run.world_from_body_at(stamp_ns, i64::MAX).unwrap());
             let off_m = (truth.translation.vector - between.translation.vector).norm();
             assert!(off_m < 2e-3 && truth.rotation.angle_to(&between.rotation) < 5e-4, "{k}: {off_m} m");
-        }
-    }
-
-    #[test]
-    fn a_patch_of_ground_gives_the_same_pose() {
-        let drive = drive(0.3);
-        for k in [0, 77, 4000] {
-            let stamp_ns = START_NS + k * 123_456_789;
-            let patch = drive.terrain.patch(drive.place(stamp_ns), 20.0);
-            assert_eq!(drive.world_from_body_on(&patch, stamp_ns), drive.world_from_body_at(stamp_ns));
         }
     }
 }

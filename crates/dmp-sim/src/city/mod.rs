@@ -1,12 +1,13 @@
 //! A city without end, made where the sensor is.
 //!
-//! `plan`, `terrain` and `block` say what stands where; `tour`, `way` and `drive` lead through it; `form`,
+//! `plan`, `terrain` and `block` say what stands where; `tour`, `course` and `drive` lead through it; `form`,
 //! `column`, `beams`, `view`, `profile` and `firing` find what beams meet, and `scanner` makes scans of it.
 
 mod beams;
 mod block;
 mod blocks;
 mod column;
+mod course;
 mod drive;
 mod firing;
 mod form;
@@ -18,6 +19,5 @@ mod scanner;
 mod terrain;
 mod tour;
 mod view;
-mod way;
 
 pub use recording::{CityOptions, CityRecording};

@@ -19,8 +19,8 @@ pub struct CityOptions {
     pub seed: u64,
     /// Length of the drive, metres.
     pub travel_m: f64,
-    /// Share of the way that is driven for a second time: of short drives, which have no room for a round, less.
-    /// With 0 the road never comes within 250 m of where it was, but for the last 400 m of the way.
+    /// Share of the path that is driven twice. Short drives have no room for a round and get less.
+    /// With 0 the road never comes within 250 m of where it was, except in its last 400 m.
     pub revisit_share: f64,
     /// Speed on a straight street, metres per second; curves are slower.
     pub speed_m_s: f64,
@@ -31,7 +31,7 @@ pub struct CityOptions {
 /// The scans of a drive through a city, and the truth about it.
 ///
 /// The city has no end: its streets, blocks and hills follow from the seed and their place, and only those in
-/// reach of the sensor are held. So memory does not grow with the length of the drive but for some 100 bytes a
+/// reach of the sensor are held. Memory grows with the length of the drive only by about 100 bytes a
 /// corner of the road. It has houses, halls, parks and squares, trees, poles and parked cars; nothing moves.
 #[derive(Debug, Clone)]
 pub struct CityRecording {
@@ -51,7 +51,7 @@ impl CityRecording {
         let CityOptions { seed, travel_m, revisit_share, speed_m_s, .. } = *options;
         require((50.0..=1e6).contains(&travel_m), "the travel in m", "from 50 to 1000000", travel_m)?;
         let share = (0.0..=0.9).contains(&revisit_share);
-        require(share, "the share of the way that is revisited", "from 0 to 0.9", revisit_share)?;
+        require(share, "the share of the path that is revisited", "from 0 to 0.9", revisit_share)?;
         require_speed(speed_m_s)?;
         let lidar = Lidar::new(LidarOptions { seed, ..options.lidar.clone() })?;
         let plan = Plan { seed };
@@ -93,7 +93,7 @@ impl CityRecording {
         Ok(stamps_ns.map(|stamp_ns| (stamp_ns, self.drive.world_from_body_at(stamp_ns))))
     }
 
-    /// Length of the way, metres, and the share of it that is driven for a second time or more.
+    /// Path length, metres, and the share of it that is driven twice or more.
     pub fn travel_and_revisits(&self) -> (f64, f64) {
         (self.travel_m, self.drive.revisited)
     }

@@ -17,7 +17,7 @@ use crate::motion::START_NS;
 use crate::parts::solid::{GROUND_REFLECTIVITY, Hit, Surface};
 use crate::random::Random;
 
-/// The ground is at hand for this much more than the range of the sensor, metres.
+/// The patch of ground reaches this far beyond the range of the sensor, metres.
 const BEYOND_M: f64 = 16.0;
 
 /// Measures the scans of a drive through a city.
@@ -33,7 +33,7 @@ pub(crate) struct Scanner {
     rounding: Rounding,
 }
 
-/// Coordinates as they are told.
+/// How coordinates are rounded.
 #[derive(Debug, Clone, Copy)]
 struct Rounding {
     step_m: f64,
@@ -47,7 +47,7 @@ impl Rounding {
     }
 
     fn of(self, point: Vector3<f64>) -> [f32; 3] {
-        // Beyond 2⁵² doubles have no fraction: adding so much rounds, and taking it away leaves the rest.
+        // Beyond 2⁵² doubles have no fraction: adding this rounds, and subtracting it leaves the whole number.
         const WHOLE: f64 = 1.5 * (1u64 << 52) as f64;
         if self.per_m == 0.0 {
             return point.map(|c| c as f32).into();
@@ -62,7 +62,7 @@ impl Scanner {
         Self { beams: Beams::new(lidar.elevations()), lidar, normal: Normal::new(), rounding }
     }
 
-    /// What must be at hand of the city around the place of a scan, metres.
+    /// Radius around the place of a scan within which blocks must be loaded, metres.
     pub(crate) fn reach_m(&self, speed_m_s: f64) -> f64 {
         self.lidar.options().max_range_m + speed_m_s * 1.2 / self.lidar.options().rate_hz + 1.0
     }
@@ -167,9 +167,9 @@ impl Scanner {
             let seen = (word & 0xff_ffff) >= lost_below && self.lidar.sees(&hit);
             let measured_m = range_m + options.range_noise_m * self.normal.of(word);
             let fired = Vector3::new(level * cos, level * sin, up);
-            let told = self.lidar.reported(fired, &mut aside);
+            let reported = self.lidar.reported(fired, &mut aside);
             if seen && measured_m >= options.min_range_m {
-                scan.points_in_sensor_m.push(self.rounding.of(told * measured_m));
+                scan.points_in_sensor_m.push(self.rounding.of(reported * measured_m));
             } else {
                 scan.points_in_sensor_m.extend(options.no_return.point());
             }

@@ -14,7 +14,7 @@ const STEP_M: f32 = 0.25;
 /// A form in reach of a scan.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Seen {
-    /// Its centre is told from the origin of the view.
+    /// Its centre is relative to the origin of the view.
     pub(crate) form: Form,
     near_m: f32,
     groups: [u8; 2],
@@ -34,7 +34,7 @@ pub(crate) struct Item {
 /// How the firings of a scan lie to each other.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Frame {
-    /// Where forms are told from: a place amid those of the firings.
+    /// The origin of forms: a place amid those of the firings.
     pub(crate) origin: Vector3<f64>,
     /// Turns the world's axes into those of the sensor but for its heading.
     level_from_world: [[f32; 3]; 3],

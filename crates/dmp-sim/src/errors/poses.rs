@@ -1,4 +1,4 @@
-//! Poses of a run, and the way along them.
+//! Poses of a run, and the path along them.
 
 use dmp_sensor::{Isometry3, Trajectory};
 
@@ -7,7 +7,7 @@ use crate::path;
 
 pub(super) type Poses = Vec<Isometry3<f64>>;
 
-/// Way travelled until each pose, metres.
+/// Distance travelled until each pose, metres.
 pub(super) struct Travel(pub(super) Vec<f64>);
 
 impl Travel {

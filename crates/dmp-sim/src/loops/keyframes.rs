@@ -4,14 +4,14 @@ use dmp_sensor::{Isometry3, Trajectory};
 
 use crate::error::SimError;
 
-/// Steps that sum up to the spacing but for rounding reach it.
+/// Tolerance for rounding of the summed steps, metres.
 const ROUNDING_M: f64 = 1e-9;
 
 /// How far keyframes are from each other.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Spacing {
     /// Travel from one to the next, metres.
-    pub(super) way_m: f64,
+    pub(super) travel_m: f64,
     /// Or the turn, radians.
     pub(super) turn_rad: f64,
 }
@@ -21,13 +21,12 @@ pub(super) struct Keyframes {
     pub(super) stamps_ns: Vec<i64>,
     /// `world_from_body`.
     pub(super) poses: Vec<Isometry3<f64>>,
-    /// Way from the first keyframe to each, metres, with all that lies between them. Never falls.
+    /// Path length from the first keyframe to each, metres, with all that lies between them. Never falls.
     pub(super) travel_m: Vec<f64>,
 }
 
 impl Keyframes {
-    /// The first instant, and each that is so much or more of travel from the keyframe before it, or turned by so
-    /// much. Travel is summed up over all instants.
+    /// The first instant, and each that is at least a spacing of travel or of turn from the keyframe before it. Travel is summed up over all instants.
     pub(super) fn choose(
         truth: &Trajectory,
         spacing: Spacing,
@@ -43,7 +42,8 @@ impl Keyframes {
             let since = keyframes.travel_m.last().map(|of_last| travel_m - of_last);
             let turned =
                 keyframes.poses.last().map_or(0.0, |before| before.rotation.angle_to(&pose.rotation));
-            if since.is_none_or(|since_m| since_m >= spacing.way_m - ROUNDING_M) || turned >= spacing.turn_rad
+            if since.is_none_or(|since_m| since_m >= spacing.travel_m - ROUNDING_M)
+                || turned >= spacing.turn_rad
             {
                 keyframes.stamps_ns.push(stamp_ns);
                 keyframes.poses.push(pose);

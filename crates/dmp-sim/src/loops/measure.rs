@@ -11,7 +11,7 @@ use crate::random::Random;
 
 const RAD_PER_DEG: f64 = std::f64::consts::PI / 180.0;
 
-/// What every loop measurement is off by about each axis.
+/// Error of every loop measurement about each axis.
 const SIGMA_RAD: f64 = 0.2 * RAD_PER_DEG;
 /// What all of them claim to be off by: the front end does not know better.
 const CLAIMED_SIGMA_RAD: f64 = 0.5 * RAD_PER_DEG;
@@ -20,7 +20,7 @@ const ALIKE_WITHIN_RAD: f64 = 3.0 * RAD_PER_DEG;
 /// Standard deviation of the direction in which it is off, from that of travel.
 const NEAR_SIGMA_RAD: f64 = 15.0 * RAD_PER_DEG;
 
-/// What a simulated loop candidate is, told for drives; in a room it is the same with other [`LoopLengths`], and a
+/// What a simulated loop candidate is, with the lengths of a drive; in a room it is the same with other [`LoopLengths`], and a
 /// camera at one place also looks the same way.
 ///
 /// As text (`Display`): `true`, `false`, `near`.
@@ -33,7 +33,7 @@ pub enum LoopKind {
     /// they were at one place of a street: at most 2 m apart in the plane, heading the same way or the opposite one
     /// to 3°. Two streets look alike.
     False,
-    /// As a true one, but off by 3 to 10 m, mostly along the way: a street looks alike all along.
+    /// As a true one, but off by 3 to 10 m, mostly along the path: a street looks alike all along.
     Near,
 }
 
@@ -98,7 +98,7 @@ impl Measurer<'_> {
         Isometry3::from_parts(place.into(), UnitQuaternion::from_scaled_axis(up * yaw))
     }
 
-    /// A shift along the way at a keyframe, in its frame.
+    /// A shift along the path at a keyframe, in its frame.
     fn along_the_way(&mut self, at: usize) -> Vector3<f64> {
         let poses = &self.keyframes.poses;
         let (before, after) = (at.saturating_sub(1), (at + 1).min(poses.len() - 1));

@@ -37,7 +37,7 @@ pub struct LoopGraph {
 impl LoopGraph {
     /// The graph of a drive or a walk, and candidates.
     ///
-    /// Every noise has the covariance whose inverse is the edge's information, but for the odometry's bias, of
+    /// Every noise has the covariance whose inverse is the edge's information, except the odometry's bias, of
     /// which it knows nothing, and for loops, which are better measured than they claim (0.1 m and 0.5° for a
     /// drive), if they are true.
     ///

@@ -9,14 +9,14 @@ use super::measure::{off_by, up_and_ahead};
 use super::options::LoopGraphOptions;
 use crate::random::Random;
 
-/// The smallest standard deviations that are told of a step: no odometry is better, and the information of one
+/// The smallest standard deviations claimed for a step: no odometry is better, and the information of one
 /// without noise would be infinite.
 const LEAST_SIGMA_M: f64 = 1e-3;
 const LEAST_SIGMA_RAD: f64 = 1e-4;
 
 /// The vertices where odometry puts them, and its edges.
 ///
-/// A step of the length l is off by a normal shift and turn with variances that grow with l, so that a way errs
+/// A step of the length l has a normal error of shift and turn with variances that grow with l, so that a path errs
 /// as much whether it is cut into many steps or few, and by a turn about the body's upright axis of bias × l. What errs
 /// is behind the step, in the frame that was reached.
 pub(super) fn drifted(

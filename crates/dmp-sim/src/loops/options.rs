@@ -12,7 +12,7 @@ pub struct LoopGraphOptions {
     pub seed: u64,
     /// Travel from one keyframe to the next, metres; with 0 every instant is a keyframe.
     pub spacing_m: f64,
-    /// A turn after which there is a keyframe, too, however short the way, radians; `None` for none.
+    /// A turn after which there is a keyframe, too, however short the path, radians; `None` for none.
     pub spacing_rad: Option<f64>,
     /// Instants that may be keyframes, nanoseconds, in any order: the scans of a log. `None`: those of the
     /// trajectory's poses.
@@ -67,7 +67,7 @@ impl LoopGraphOptions {
     }
 
     pub(super) fn spacing(&self) -> Spacing {
-        Spacing { way_m: self.spacing_m, turn_rad: self.spacing_rad.unwrap_or(f64::INFINITY) }
+        Spacing { travel_m: self.spacing_m, turn_rad: self.spacing_rad.unwrap_or(f64::INFINITY) }
     }
 
     pub(super) fn check(&self) -> Result<(), SimError> {

@@ -33,7 +33,7 @@ pub(crate) struct Stretch {
 }
 
 impl Stretch {
-    /// On the ground, after so much of the street, `side_m` to the right of its middle.
+    /// On the ground, at a distance along the street, `side_m` to the right of its middle.
     pub(crate) fn place(&self, along_m: f64, side_m: f64, ground: &dyn Relief) -> Vector3<f64> {
         let [x, y] = if self.axis == 0 {
             [self.start[0] + along_m, self.start[1] - side_m]

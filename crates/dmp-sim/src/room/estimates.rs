@@ -6,10 +6,10 @@ use crate::error::SimError;
 use crate::errors::{Noise, SlamErrors, ate_rmse_m, close_loop};
 use crate::random::Random;
 
-/// The rates of error change at so many instants of a run, and forget over so many of them.
+/// Number of instants of a run at which the rates of error change, and over how many of them they are correlated.
 const KNOTS: usize = 40;
 const MEMORY: f64 = 12.0;
-/// Turns drift by so much for each metre that places drift by, radians.
+/// Drift of the heading for each metre of drift in place, radians.
 const TURN_PER_M: f64 = 0.08;
 /// Of every pose, along and about each axis.
 const JITTER_M: f64 = 0.001;

@@ -7,7 +7,7 @@ use super::plan::{Face, Plan, RecessKind};
 /// No furniture stands so near the start of a wall, metres: it would meet that of the wall before.
 const CORNER_M: f64 = 0.85;
 const END_M: f64 = 0.05;
-/// Tables in the middle lie so much off the middle of the room at most, as a share of its size.
+/// Largest offset of a table from the middle of the room, as a share of its size.
 const OFF_MIDDLE: f64 = 0.04;
 
 /// Furniture along the walls and in the middle.

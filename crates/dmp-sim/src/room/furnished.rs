@@ -56,7 +56,7 @@ impl Room {
         self.solids.len()
     }
 
-    /// The first surface on the way from `origin` along the unit vector `direction`. `None` for rays from outside
+    /// The first surface from `origin` along the unit vector `direction`. `None` for rays from outside
     /// that pass by; from within, every ray meets a surface. A solid that the origin lies in is not seen.
     /// `O(solids)`.
     pub fn cast(&self, origin: Vector3<f64>, direction: Vector3<f64>) -> Option<RoomHit> {

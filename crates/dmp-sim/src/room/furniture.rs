@@ -1,4 +1,4 @@
-//! Pieces of furniture, each at a place along a wall and as wide as told.
+//! Pieces of furniture, each at a place along a wall, of a given width.
 
 use super::fitting::{Fitting, Span};
 use super::plan::Face;

@@ -11,8 +11,8 @@ use crate::random::Random;
 
 /// The projector is so far from the camera along the image's rows, metres.
 const BASELINE_M: f64 = 0.075;
-/// Focal length of the sensor itself, pixels, whatever size images are put out in, and the part of one of its
-/// pixels to which disparities are told.
+/// Focal length of the sensor itself, pixels, whatever the size of the images, and the resolution of its
+/// disparities.
 const SENSOR_FOCAL_PX: f64 = 525.0;
 const DISPARITY_STEP_PX: f64 = 0.125;
 /// Nearest and farthest depth that is measured, metres, and the cosine of the steepest incidence (80°).
@@ -25,7 +25,7 @@ const LATERAL_PX: f64 = 0.8;
 const EDGE: f64 = 0.04;
 /// Share of the readings that get lost at grazing incidence beside those of the surface: this · (1 − cos θ)⁴.
 const LOST_GRAZING: f64 = 0.6;
-/// Readings get lost in patches of so many pixels of the sensor, either way.
+/// Edge of the patches in which readings get lost, pixels of the sensor.
 const PATCH_PX: f64 = 4.0;
 
 /// Standard deviation of a depth, metres: that of a surface seen squarely and what grazing adds.
@@ -60,7 +60,7 @@ pub(super) fn measured(seen: &[Seen], camera: &PinholeCamera, seed: u64, image: 
             );
             let in_reach = (DEPTHS_M[0]..=DEPTHS_M[1]).contains(&truly_m) && cos_incidence > LEAST_COS;
             if in_reach && lit[column] && !of_patch.chance(lost + grazing(cos_incidence)) {
-                *depth_m = told(truly_m, sigma_m(truly_m, cos_incidence), &mut random);
+                *depth_m = with_noise(truly_m, sigma_m(truly_m, cos_incidence), &mut random);
             }
         }
     }
@@ -73,7 +73,7 @@ fn grazing(cos_incidence: f64) -> f64 {
 }
 
 /// A depth with noise, through a disparity that is rounded. Rounding is part of the noise.
-fn told(depth_m: f64, sigma_m: f64, random: &mut Random) -> f64 {
+fn with_noise(depth_m: f64, sigma_m: f64, random: &mut Random) -> f64 {
     let disparity_px = SENSOR_FOCAL_PX * BASELINE_M / depth_m;
     let sigma_px = sigma_m * disparity_px / depth_m;
     let rounding_px2 = DISPARITY_STEP_PX * DISPARITY_STEP_PX / 12.0;

@@ -21,7 +21,7 @@ impl Default for RoomOptions {
 /// A stretch of wall, seen from within: furniture stands along it.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Face {
-    /// Where it begins on the floor plan; the room lies to the left of the way along it.
+    /// Where it begins on the floor plan; the room lies to the left of it.
     pub(super) start: [f64; 2],
     /// Unit vector along it, east, north, west or south.
     pub(super) along: [f64; 2],

@@ -54,7 +54,7 @@ impl<'a> DepthRecording<'a> {
     /// Takes the camera through `room`.
     ///
     /// # Errors
-    /// When a number is outside its range, or nobody can walk through the room.
+    /// When a number is outside its range, or the room has no place to walk.
     pub fn new(room: &'a Room, options: DepthRecordingOptions) -> Result<Self, SimError> {
         let DepthRecordingOptions { seed, images, rate_hz, revisit, units_per_m, .. } = options;
         require(
@@ -75,7 +75,7 @@ impl<'a> DepthRecording<'a> {
         &self.options
     }
 
-    /// The way of the camera.
+    /// The path of the camera.
     pub fn walk(&self) -> &RoomWalk {
         &self.walk
     }

@@ -9,7 +9,7 @@ use crate::parts::shape::Shape;
 
 /// Farthest that the triangles of something round lie within it, metres.
 const WITHIN_M: f64 = 5e-4;
-/// A face is looked at from so near, at so many places either way, for whether it can be seen.
+/// A face is tested for visibility from this near, at this many places along each side.
 const NEAR_M: f64 = 1e-3;
 const LOOKS: usize = 8;
 
@@ -18,7 +18,7 @@ pub(super) type Triangle = [[f64; 3]; 3];
 
 impl Room {
     /// The room's surface as triangles, counter-clockwise as seen from within the room, metres. Sides that lie
-    /// behind others altogether, such as the backs of walls, are left out.
+    /// behind others altogether, such as the backs of walls, are excluded.
     pub fn triangles(&self) -> Vec<[[f64; 3]; 3]> {
         let mut triangles = Vec::new();
         for solid in &self.solids {

@@ -2,13 +2,12 @@
 
 use std::collections::HashMap;
 
-use dmp_sensor::{Distortion, Isometry3, PinholeCamera, Trajectory, Vector3};
+use dmp_sensor::{Distortion, PinholeCamera, Trajectory, Vector3};
 use rayon::ThreadPoolBuilder;
 
-use super::fitting::Solid;
 use super::noise::{measured, sigma_m};
 use super::plan::Plan;
-use super::view::{Seen, View};
+use super::view::Seen;
 use super::*;
 use crate::ate_rmse_m;
 use crate::error::SimError;
@@ -57,45 +56,6 @@ fn images_show_what_single_rays_meet() {
 }
 
 #[test]
-fn a_box_before_a_wall_has_the_depths_of_the_formula() {
-    let v = |x, y, z| Vector3::new(x, y, z);
-    let shapes = [
-        Shape::upright(v(-0.5, -0.3, 2.0), v(0.7, 0.4, 3.0)),
-        Shape::upright(v(-9.0, -9.0, 4.0), v(9.0, 9.0, 5.0)),
-    ];
-    let solids: Vec<Solid> = shapes.map(|shape| Solid { shape, lost: 0.0 }).to_vec();
-    let bounds = solids.iter().map(|solid| solid.shape.bounds()).collect();
-    let scene = Room { options: RoomOptions::default(), solids, bounds };
-    let lens = Distortion { radial: [0.1, -0.05, 0.0], tangential: [0.001, -0.002] };
-    // One as it is, one whose y goes up and whose lens bends, whose bearings are those of the sensor crate.
-    let bent = PinholeCamera::new([100, 60], [80.0, -82.0], [49.0, 31.0], lens).unwrap();
-    for camera in [camera(160), bent] {
-        let bearings = camera.bearings();
-        let seen = View::new(&camera).seen(&scene, &Isometry3::identity());
-        let mut on_box = 0;
-        for (pixel, seen) in seen.into_iter().enumerate() {
-            let [x, y] = bearings.slopes(pixel).map(|slope| slope * 2.0);
-            let met = (-0.5..=0.7).contains(&x) && (-0.3..=0.4).contains(&y);
-            on_box += usize::from(met);
-            assert_eq!(seen.depth_m, if met { 2.0 } else { 4.0 }, "{pixel}");
-        }
-        assert!(on_box > 400, "{on_box}");
-    }
-}
-
-#[test]
-fn exact_depths_are_rounded_to_units() {
-    let room = room(4);
-    let recording = recording(&room, 80, |options| options.noise = false);
-    let image = recording.image(200);
-    let seen = recording.seen(&recording.walk().world_from_camera_at(image.stamp_ns));
-    assert_eq!(image.stamp_ns, recording.truth().unwrap().stamps_ns().unwrap()[200]);
-    for (units, seen) in image.units.iter().zip(seen) {
-        assert!((f64::from(*units) / 5000.0 - seen.depth_m).abs() <= 1.0001e-4);
-    }
-}
-
-#[test]
 fn noise_has_the_deviation_of_the_model() {
     for (depth_m, cos) in [(1.0, 1.0), (2.0, 1.0), (4.0, 1.0), (1.5, 0.4)] {
         let seen = vec![Seen { depth_m, cos_incidence: cos, lost: 0.1 }; 320 * 240];
@@ -105,9 +65,13 @@ fn noise_has_the_deviation_of_the_model() {
         assert!((0.75..0.93).contains(&share), "{share}");
         let mean = valid.iter().sum::<f64>() / valid.len() as f64;
         let variance = valid.iter().map(|z| (z - mean) * (z - mean)).sum::<f64>() / valid.len() as f64;
-        let told = sigma_m(depth_m, cos);
-        assert!((variance.sqrt() / told - 1.0).abs() < 0.15, "{depth_m} m: {} for {told}", variance.sqrt());
-        assert!((mean - depth_m).abs() < 0.1 * told, "{mean}");
+        let expected = sigma_m(depth_m, cos);
+        assert!(
+            (variance.sqrt() / expected - 1.0).abs() < 0.15,
+            "{depth_m} m: {} for {expected}",
+            variance.sqrt()
+        );
+        assert!((mean - depth_m).abs() < 0.1 * expected, "{mean}");
     }
     assert!((sigma_m(2.0, 1.0) - (0.0012 + 0.0019 * 2.56)).abs() < 1e-12);
     assert!(sigma_m(2.0, 0.2) > 1.5 * sigma_m(2.0, 1.0));
@@ -132,26 +96,6 @@ fn nothing_is_measured_too_near_too_far_at_a_slant_and_in_the_projectors_shadow(
     };
     assert!(share(20..195) > 0.99 && share(205..295) > 0.99 && share(330..640) > 0.99);
     assert!(share(303..324) < 0.05, "{}", share(303..324));
-}
-
-#[test]
-fn edges_are_ragged_and_images_have_holes() {
-    for seed in 0..4 {
-        let room = room(seed);
-        let noisy = recording(&room, 320, |_| ());
-        let exact = recording(&room, 320, |options| options.noise = false);
-        let (mut valid, mut all, mut other_side) = (0, 0, 0);
-        for index in (0..600).step_by(60) {
-            let (noisy, exact) = (noisy.image(index), exact.image(index));
-            valid += noisy.valid();
-            all += exact.valid();
-            let pairs = noisy.units.iter().zip(&exact.units).filter(|(noisy, _)| **noisy > 0);
-            other_side += pairs.filter(|(a, b)| a.abs_diff(**b) > *b / 10).count();
-        }
-        let share = valid as f64 / (320.0 * 240.0 * 10.0);
-        assert!((0.6..0.95).contains(&share), "{seed}: {share}");
-        assert!(all >= valid && other_side > 200, "{seed}: {all} {other_side}");
-    }
 }
 
 #[test]
@@ -274,7 +218,7 @@ fn estimates_are_worse_and_worse() {
             }
             assert!(estimates.iter().all(|estimate| estimate.trajectory.stamps_ns() == truth.stamps_ns()));
             assert_eq!(room_estimates(&truth, seed).unwrap(), estimates);
-            // Directions drift as well as places, smoothly but for the jitter.
+            // Directions drift as well as places, smoothly apart from the jitter.
             let odometry = estimates[2].trajectory.poses();
             let turns = truth.poses().iter().zip(odometry).map(|(a, b)| a.rotation.angle_to(&b.rotation));
             let turned = turns.fold(0.0, f64::max).to_degrees();

@@ -19,9 +19,9 @@ const FARTHEST_M: f64 = 2.6;
 const NEAREST_M: f64 = 0.5;
 /// Steps in which room is looked for, metres.
 const STEP_M: f64 = 0.02;
-/// The way is the mean of the room over so many directions to either side.
+/// The path is the mean of the room over this many directions to either side.
 const SMOOTHING: usize = 24;
-/// The second round is smaller by this share, half way through the walk.
+/// The second round is smaller by this share, halfway through the walk.
 const SMALLER: f64 = 0.12;
 /// Height of the camera above the floor and how far it goes up and down, metres.
 const HEIGHT_M: f64 = 1.42;
@@ -41,7 +41,7 @@ const ONCE: f64 = 0.62;
 /// How a camera is carried through a room.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RoomWalkOptions {
-    /// Seed of the way and of the hand's sway.
+    /// Seed of the path and of the hand's sway.
     pub seed: u64,
     /// Time from start to end, seconds.
     pub duration_s: f64,
@@ -52,12 +52,12 @@ pub struct RoomWalkOptions {
     pub revisit: bool,
 }
 
-/// The way of a hand-held camera through a [`Room`]: where it is at every instant.
+/// The path of a hand-held camera through a [`Room`]: where it is at every instant.
 #[derive(Debug, Clone)]
 pub struct RoomWalk {
     options: RoomWalkOptions,
     middle: [f64; 2],
-    /// How far the way is from the middle, by direction.
+    /// Distance of the path from the middle, by direction.
     radii_m: Vec<f64>,
     /// Direction from the middle at the start, and phases of rise, sweep and nod.
     start_rad: f64,

@@ -1,5 +1,5 @@
 //! A campus on foot: halls with narrow passages between them, an arcade, two terraces one above the other,
-//! and the flights of stairs that lead up and down. It is paved and level but for them.
+//! and the flights of stairs that lead up and down. Apart from them it is paved and level.
 //!
 //! The plan is always the same, and so is the walk through it; the seed makes façades, widths of passages,
 //! trees and furniture.

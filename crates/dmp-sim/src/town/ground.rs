@@ -53,7 +53,7 @@ impl Ground {
 
     /// Where the ray meets the ground before `far_m`; `None` where it does not, or starts below.
     ///
-    /// Since no slope is steeper than `steepest`, the height above ground bounds the way that can be
+    /// Since no slope is steeper than `steepest`, the height above ground bounds the distance that can be
     /// gone without passing through; close to the ground, Newton's method ends the search.
     pub(crate) fn entry(&self, origin: Vector3<f64>, direction: Vector3<f64>, far_m: f64) -> Option<Entry> {
         let fastest_descent = self.steepest * libm::hypot(direction.x, direction.y) - direction.z;

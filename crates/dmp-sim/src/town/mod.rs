@@ -84,7 +84,7 @@ impl Town {
         Self { options, ground, solids, grid, cars: Vec::new() }
     }
 
-    /// The numbers it was built from; of a campus the seed alone tells anything.
+    /// The numbers it was built from; of a campus only the seed is used.
     pub fn options(&self) -> &TownOptions {
         &self.options
     }
@@ -111,11 +111,11 @@ impl Town {
         self.solids.len()
     }
 
-    /// The first surface on the way from `origin` along the unit vector `direction`, at `time_s`
+    /// The first surface from `origin` along the unit vector `direction`, at `time_s`
     /// (moving cars are elsewhere at another time). `None` where the ray leaves the town, after 1 km.
     ///
     /// A solid that the origin lies in is not seen, and a moving car that would run into the origin
-    /// is left out: traffic keeps its distance.
+    /// is excluded: traffic keeps its distance.
     pub fn cast(&self, origin: Vector3<f64>, direction: Vector3<f64>, time_s: f64) -> Option<Hit> {
         let mut far_m = 1000.0;
         let mut hit = None;
@@ -211,32 +211,6 @@ mod tests {
         let hit = town.cast(Vector3::new(36.0, 28.0, 2.0), -Vector3::z(), 0.0).unwrap();
         assert_eq!((hit.range_m, hit.cos_incidence, hit.surface), (2.0, 1.0, Surface::Ground));
         assert_eq!(town.cast(Vector3::new(36.0, 28.0, 2.0), Vector3::z(), 0.0), None);
-    }
-
-    #[test]
-    fn a_street_has_facades_on_both_sides_and_they_are_not_planes() {
-        let town = level();
-        for side in [1.0, -1.0] {
-            let ranges: Vec<f64> = (0..200)
-                .map(|k| Vector3::new(44.0 + 0.1 * f64::from(k), 28.0, 7.5))
-                .filter_map(|origin| town.cast(origin, Vector3::y() * side, 0.0))
-                .filter(|hit| hit.surface == Surface::Building)
-                .map(|hit| hit.range_m)
-                .collect();
-            assert!(ranges.len() > 60, "{} of 200 rays meet the houses", ranges.len());
-            let mean = ranges.iter().sum::<f64>() / ranges.len() as f64;
-            let variance = ranges.iter().map(|r| (r - mean).powi(2)).sum::<f64>() / ranges.len() as f64;
-            assert!((6.0..13.0).contains(&mean), "{mean}");
-            assert!(variance.sqrt() > 0.1, "{variance}");
-        }
-    }
-
-    #[test]
-    fn the_seed_makes_the_town() {
-        let town = |seed| Town::new(TownOptions { seed, ..TownOptions::default() }).unwrap();
-        assert_eq!(town(1).solids, town(1).solids);
-        assert_ne!(town(1).solids, town(2).solids);
-        assert!(town(1).solids() > 1000, "{}", town(1).solids());
     }
 
     #[test]

@@ -16,14 +16,14 @@ pub enum Scenery {
     #[default]
     Varied,
     /// The same house, tree, pole, parked car and piece of pavement again every `period_m` on both sides of every street,
-    /// identical in shape: a street that is shifted along itself by `period_m` is the same but for its ends. What a town
+    /// identical in shape: a street that is shifted along itself by `period_m` is the same except at its ends. What a town
     /// would do to a registration that takes the first fit for the only one.
     Alike {
         /// From one house to the next, metres.
         period_m: f64,
     },
-    /// None: a straight bare tunnel as wide as a street, of one cross-section, so long that no ray sees an end. Nothing in it
-    /// tells one place along it from another. [`Route::Straight`](crate::Route::Straight) alone leads through.
+    /// None: a straight bare tunnel as wide as a street, of one cross-section, so long that no ray sees an end. No two places along it
+    /// differ. [`Route::Straight`](crate::Route::Straight) alone leads through.
     Tunnel,
 }
 

@@ -10,7 +10,7 @@ use crate::parts::solid::{Solid, Surface};
 
 /// From the floor to the ceiling, metres.
 pub(super) const HEIGHT_M: f64 = 6.0;
-/// It goes on so far beyond the streets' ends, metres: farther than any ray goes, so that no place of a drive sees an end.
+/// Length beyond the streets' ends, metres: farther than any ray, so that no scan sees an end.
 const BEYOND_M: f64 = 1200.0;
 /// Of walls and ceiling, metres.
 const THICK_M: f64 = 1.0;

@@ -55,7 +55,7 @@ pub enum SurfaceError {
     /// There is no point to evaluate.
     #[error("the map has no points that can be used ({dropped} are not finite or beyond the world)")]
     EmptyMap {
-        /// Points left out.
+        /// Points excluded.
         dropped: u64,
     },
     /// There is nothing to compare with.
@@ -63,7 +63,7 @@ pub enum SurfaceError {
         "the reference has neither points nor triangles that can be used ({dropped} are not finite or beyond the world)"
     )]
     EmptyReference {
-        /// Points or triangles left out.
+        /// Points or triangles excluded.
         dropped: u64,
     },
     /// No evaluated point lies near the reference.

@@ -72,7 +72,7 @@ impl EvaluatedPoints {
     }
 
     /// Adds points in the map's frame, metres. What is not finite, or beyond ±5e7 m once it is moved, is
-    /// left out and counted.
+    /// excluded and counted.
     ///
     /// # Errors
     /// When a scratch file cannot be written.
@@ -134,7 +134,7 @@ pub struct Reference {
 }
 
 impl Reference {
-    /// Adds points in the reference's frame, metres. What is not finite or beyond ±5e7 m is left out and
+    /// Adds points in the reference's frame, metres. What is not finite or beyond ±5e7 m is excluded and
     /// counted.
     ///
     /// # Errors
@@ -165,7 +165,7 @@ impl Reference {
     }
 
     /// Adds triangles in the reference's frame, metres: distances are to their surface, completeness is
-    /// that of samples on them. Those with a corner that is not finite or beyond ±5e7 m are left out and
+    /// that of samples on them. Those with a corner that is not finite or beyond ±5e7 m are excluded and
     /// counted; those without area are the segments or points that they are.
     ///
     /// # Errors

@@ -4,7 +4,7 @@ use dmp_map::TileId;
 
 use super::Extent;
 
-/// Coordinates beyond this are left out, metres: tile numbers must fit.
+/// Coordinates beyond this are excluded, metres: tile numbers must fit.
 const WORLD_LIMIT_M: f64 = 5e7;
 /// Added to the reach of a tile, metres: far more than the rounding of any coordinate in the world.
 pub(super) const SLACK_M: f64 = 1e-3;

@@ -19,7 +19,7 @@ const THIN_BYTES: u64 = 128;
 
 /// Somebody who follows a measurement; called from several threads at once. `()` watches nothing.
 pub trait SurfaceWatch: Sync {
-    /// Measuring begins: so many points, of both sides together.
+    /// Measuring begins: the number of points of both sides.
     fn begin(&self, points: u64) {
         let _ = points;
     }

@@ -56,7 +56,7 @@ pub struct AtThreshold {
 pub struct EvaluatedCounts {
     /// Points that were used; with thinning, more than are measured.
     pub points: u64,
-    /// Points left out: not finite, or beyond ±5e7 m.
+    /// Points excluded: not finite, or beyond ±5e7 m.
     pub dropped: u64,
     /// Where they are, in the reference's frame.
     pub extent: Extent,
@@ -69,7 +69,7 @@ pub struct ReferenceCounts {
     pub points: u64,
     /// Triangles that were used.
     pub triangles: u64,
-    /// Points or triangles left out: not finite, or beyond ±5e7 m.
+    /// Points or triangles excluded: not finite, or beyond ±5e7 m.
     pub dropped: u64,
     /// Area of the triangles, square metres.
     pub area_m2: f64,
@@ -97,7 +97,7 @@ pub struct SurfaceReport {
     pub reference: ReferenceCounts,
     /// Median and percentiles are rounded down to a multiple of this, metres.
     pub resolution_m: f64,
-    /// Bytes put aside in scratch files.
+    /// Bytes spilled to scratch files.
     pub scratch_bytes: u64,
 }
 

@@ -5,7 +5,7 @@ use dmp_map::{Store, TileId};
 use super::SurfaceError;
 
 /// Hands over the centres of a map's surfels, metres in the frame of its maker, tile by tile in the order of the tiles; copies
-/// over borders are left out.
+/// over borders are excluded.
 ///
 /// # Errors
 /// When a tile is damaged; and the first error of `sink`.

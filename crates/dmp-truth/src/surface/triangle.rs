@@ -4,7 +4,7 @@
 pub type Triangle = [[f64; 3]; 3];
 
 /// Sine of an angle below which a triangle has no inside to speak of: its plane would be made of rounding.
-/// What is left out then is narrower than this times its length.
+/// What is excluded then is narrower than this times its length.
 const MIN_SINE: f64 = 1e-12;
 
 type Vector = [f64; 3];
@@ -55,33 +55,6 @@ pub(super) fn cross(a: Vector, b: Vector) -> Vector {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proptest::prelude::*;
-
-    /// The smallest distance over a dense net of the triangle, then over ever smaller ones around the
-    /// best place: slow, and nothing of Voronoi regions in it. (The distance is convex.)
-    fn by_search(point: Vector, triangle: &Triangle) -> f64 {
-        let at = |u: f64, v: f64| -> f64 {
-            let [a, b, c] = *triangle;
-            let place: Vector = std::array::from_fn(|k| a[k] + u * (b[k] - a[k]) + v * (c[k] - a[k]));
-            let d = sub(place, point);
-            dot(d, d)
-        };
-        let (mut best, mut reach) = ([1.0 / 3.0, 1.0 / 3.0], 1.0);
-        while reach > 1e-9 {
-            let centre = best;
-            for i in -8..=8 {
-                for j in -8..=8 {
-                    let u = (centre[0] + reach * f64::from(i) / 8.0).clamp(0.0, 1.0);
-                    let v = (centre[1] + reach * f64::from(j) / 8.0).clamp(0.0, 1.0 - u);
-                    if at(u, v) < at(best[0], best[1]) {
-                        best = [u, v];
-                    }
-                }
-            }
-            reach *= 0.7;
-        }
-        at(best[0], best[1])
-    }
 
     const RIGHT: Triangle = [[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 3.0, 0.0]];
 
@@ -124,21 +97,5 @@ mod tests {
         let far = RIGHT.map(|corner| std::array::from_fn(|k| corner[k] + shift[k]));
         let point = std::array::from_fn(|k| [1.0, 1.0, 0.0625][k] + shift[k]);
         assert_eq!(squared_distance(point, &far), 0.0625 * 0.0625);
-    }
-
-    proptest! {
-        #[test]
-        fn it_is_the_smallest_distance_of_any_place(
-            corners in proptest::array::uniform3(proptest::array::uniform3(-2.0..2.0_f64)),
-            point in proptest::array::uniform3(-3.0..3.0_f64),
-            flat in 0..4,
-        ) {
-            let mut triangle = corners;
-            if flat == 0 {
-                triangle[2] = std::array::from_fn(|k| 0.5 * (triangle[0][k] + triangle[1][k]));
-            }
-            let (exact, searched) = (squared_distance(point, &triangle).sqrt(), by_search(point, &triangle).sqrt());
-            prop_assert!((exact - searched).abs() < 1e-4 && exact < searched + 1e-9, "{exact} {searched}");
-        }
     }
 }

@@ -1,17 +1,6 @@
 //! Which pose of one trajectory belongs to which of another, by their stamps.
 
-use super::rotation::{from_quaternion, to_quaternion};
-use super::{CompareError, Pose, PosePath};
-
-/// How poses of two trajectories are brought together.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Sync {
-    /// With the pose nearest in time.
-    #[default]
-    NearestTime,
-    /// As nearest in time, but the trajectory with more poses is interpolated at the other's stamps.
-    Interpolation,
-}
+use super::{CompareError, PosePath};
 
 /// How stamps are matched.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,13 +9,11 @@ pub struct Matching {
     pub max_diff_s: f64,
     /// Added to the estimate's stamps.
     pub offset_s: f64,
-    /// What becomes of the matches.
-    pub sync: Sync,
 }
 
 impl Default for Matching {
     fn default() -> Self {
-        Self { max_diff_s: 0.01, offset_s: 0.0, sync: Sync::NearestTime }
+        Self { max_diff_s: 0.01, offset_s: 0.0 }
     }
 }
 
@@ -55,16 +42,12 @@ pub fn associate(
     };
     let matches = match_stamps(asking, answering, matching.max_diff_s, offset_s);
     if matches.is_empty() {
-        let Matching { max_diff_s, offset_s, .. } = *matching;
+        let Matching { max_diff_s, offset_s } = *matching;
         return Err(CompareError::NoMatches { max_diff_s, offset_s });
     }
     let (of_short, of_long): (Vec<usize>, Vec<usize>) = matches.into_iter().unzip();
     let (short, long) = if estimate_is_longer { (reference, estimate) } else { (estimate, reference) };
-    let short = short.select(&of_short);
-    let long = match matching.sync {
-        Sync::NearestTime => long.select(&of_long),
-        Sync::Interpolation => interpolate(long, short.stamps_s().unwrap_or_default(), -offset_s)?,
-    };
+    let (short, long) = (short.select(&of_short), long.select(&of_long));
     Ok(if estimate_is_longer { (short, long) } else { (long, short) })
 }
 
@@ -134,56 +117,11 @@ impl Unsorted {
     }
 }
 
-/// The trajectory at `stamps_s + shift_s`: places linearly, rotations by slerp between the neighbours,
-/// the end poses outside.
-fn interpolate(path: &PosePath, stamps_s: &[f64], shift_s: f64) -> Result<PosePath, CompareError> {
-    let own = path.stamps_s().unwrap_or_default();
-    if path.len() < 2 {
-        return Err(CompareError::NothingToInterpolate);
-    }
-    if let Some(index) = (1..own.len()).find(|&k| own[k] < own[k - 1]) {
-        return Err(CompareError::OutOfOrder { index });
-    }
-    let asked: Vec<f64> = stamps_s.iter().map(|stamp| stamp + shift_s).collect();
-    let at = |&stamp: &f64| {
-        let after = own.partition_point(|&s| s < stamp).clamp(1, own.len() - 1);
-        let (before, length_s) = (after - 1, own[after] - own[after - 1]);
-        let share = if length_s > 0.0 { ((stamp - own[before]) / length_s).clamp(0.0, 1.0) } else { 0.0 };
-        between(&path.poses()[before], &path.poses()[after], share)
-    };
-    let poses = asked.iter().map(at).collect();
-    PosePath::new(poses, Some(asked))
-}
-
-fn between(a: &Pose, b: &Pose, share: f64) -> Pose {
-    let position_m = a.position_m + (b.position_m - a.position_m) * share;
-    let rotation = if share == 0.0 {
-        a.rotation
-    } else if share == 1.0 {
-        b.rotation
-    } else {
-        from_quaternion(slerp(to_quaternion(&a.rotation), to_quaternion(&b.rotation), share))
-    };
-    Pose { rotation, position_m }
-}
-
-/// The shorter way from `a` to `b` (Shoemake 1985).
-fn slerp(a: [f64; 4], b: [f64; 4], share: f64) -> [f64; 4] {
-    let dot: f64 = a.iter().zip(b).map(|(a, b)| a * b).sum();
-    if (dot.abs() - 1.0).abs() < 4.0 * f64::EPSILON {
-        return a;
-    }
-    let sign = if dot < 0.0 { -1.0 } else { 1.0 };
-    let angle = libm::acos(dot.abs().min(1.0));
-    let (of_a, of_b) = (libm::sin((1.0 - share) * angle), libm::sin(share * angle));
-    let whole = libm::sin(angle);
-    std::array::from_fn(|k| (a[k] * of_a + sign * b[k] * of_b) / whole)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::{Rotation3, Vector3};
+    use crate::trajectory::Pose;
+    use nalgebra::Vector3;
 
     /// The obvious search: the first index of the least difference.
     fn brute(asking: &[f64], answering: &[f64], max_diff_s: f64, offset_s: f64) -> Vec<(usize, usize)> {
@@ -276,20 +214,5 @@ mod tests {
         );
         let bare = PosePath::new(vec![Pose::identity()], None).unwrap();
         assert_eq!(associate(&reference, &bare, &matching), Err(CompareError::OneWithoutStamps));
-    }
-
-    #[test]
-    fn interpolation_lies_between() {
-        let turn = |yaw: f64, x: f64| Pose {
-            rotation: Rotation3::from_euler_angles(0.0, 0.0, yaw).into_inner(),
-            position_m: Vector3::new(x, 0.0, 0.0),
-        };
-        let long = PosePath::new(vec![turn(0.0, 0.0), turn(1.0, 4.0)], Some(vec![0.0, 1.0])).unwrap();
-        let found = interpolate(&long, &[0.25, -0.5, 1.5], 0.0).unwrap();
-        assert!((found.poses()[0].rotation - turn(0.25, 0.0).rotation).amax() < 1e-15);
-        assert_eq!(found.poses()[0].position_m.x, 1.0);
-        assert_eq!(found.poses()[1..], [long.poses()[0], long.poses()[1]]);
-        let back = PosePath::new(long.poses().to_vec(), Some(vec![1.0, 0.0])).unwrap();
-        assert_eq!(interpolate(&back, &[0.5], 0.0), Err(CompareError::OutOfOrder { index: 1 }));
     }
 }

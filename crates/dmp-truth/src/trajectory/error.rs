@@ -3,7 +3,7 @@
 use super::{DeltaUnit, ErrorUnit};
 use dmp_lengths::thousands;
 
-/// Why two trajectories cannot be compared as asked.
+/// Why two trajectories cannot be compared.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum CompareError {
@@ -51,38 +51,12 @@ pub enum CompareError {
         /// End, seconds.
         end_s: f64,
     },
-    /// One pose has no neighbour.
-    #[error("a trajectory of one pose cannot be interpolated")]
-    NothingToInterpolate,
-    /// Between stamps that go back there is no between.
-    #[error("stamps out of order cannot be interpolated: that of pose {index} (from 0) is before the last")]
-    OutOfOrder {
-        /// The pose, from 0.
-        index: usize,
-    },
     /// An alignment needs poses.
     #[error("no poses to align")]
     NothingToAlign,
     /// The rotation is not determined.
     #[error("the places lie on a line or in a point: no alignment is determined")]
     DegenerateAlignment,
-    /// A trajectory must keep a pose.
-    #[error("cannot downsample to no pose")]
-    DownsampleToNone,
-    /// Motion is between poses.
-    #[error("a motion filter needs two poses, not {poses}")]
-    MotionFilterPoses {
-        /// Poses there are.
-        poses: usize,
-    },
-    /// A threshold below zero.
-    #[error("the thresholds of a motion filter are not negative: {distance_m} m, {turn_rad} rad")]
-    MotionFilterThreshold {
-        /// Distance, metres.
-        distance_m: f64,
-        /// Turn, radians.
-        turn_rad: f64,
-    },
     /// The distance of pairs makes no sense.
     #[error(
         "delta {delta} {}: a whole number of frames from 1, metres from 0, or an angle from 0 to half a turn",
@@ -95,7 +69,7 @@ pub enum CompareError {
         unit: DeltaUnit,
     },
     /// No pair has the distance asked for.
-    #[error("no pairs of poses at delta {delta} {}: try a lower delta or a larger tolerance", unit.name())]
+    #[error("no pairs of poses at delta {delta} {}: try a lower delta", unit.name())]
     NoPairs {
         /// The distance asked for.
         delta: f64,
@@ -112,7 +86,7 @@ pub enum CompareError {
     #[error("all pairs are at the same place in the reference: there is no ratio to their distance")]
     NoRatios,
     /// Units of different kinds.
-    #[error("errors in {} cannot be told in {}", from.name(), to.name())]
+    #[error("errors in {} cannot be converted to {}", from.name(), to.name())]
     Unit {
         /// What they are in.
         from: ErrorUnit,

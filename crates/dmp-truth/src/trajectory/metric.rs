@@ -108,8 +108,7 @@ pub fn absolute(
     Ok(Errors { unit: relation.unit(), values, poses: (0..estimate.len()).collect() })
 }
 
-/// Relative pose errors over pairs of poses of the estimate, or of the reference where
-/// `pairs_from_reference`: `E = (Qᵢ⁻¹ Qⱼ)⁻¹ (Pᵢ⁻¹ Pⱼ)` with Q the reference and P the estimate (Sturm et
+/// Relative pose errors over pairs of poses of the estimate: `E = (Qᵢ⁻¹ Qⱼ)⁻¹ (Pᵢ⁻¹ Pⱼ)` with Q the reference and P the estimate (Sturm et
 /// al., *A benchmark for the evaluation of RGB-D SLAM systems*, IROS 2012).
 ///
 /// # Errors
@@ -119,11 +118,10 @@ pub fn relative(
     estimate: &PosePath,
     relation: Relation,
     options: &PairOptions,
-    pairs_from_reference: bool,
 ) -> Result<Errors, CompareError> {
     same_length(reference, estimate)?;
     let (q, p) = (reference.poses(), estimate.poses());
-    let pairs = pairs::pairs(if pairs_from_reference { q } else { p }, options)?;
+    let pairs = pairs::pairs(p, options)?;
     let distance_m = |poses: &[Pose], i: usize, j: usize| (poses[i].position_m - poses[j].position_m).norm();
     let errors: Vec<(f64, usize)> = match relation {
         Relation::PointDistance | Relation::PointDistanceErrorRatio => pairs
@@ -213,14 +211,14 @@ mod tests {
         let left = std::f64::consts::FRAC_PI_2;
         let estimate = path(&[(0.0, 0.0, 0.0), (2.0, 0.0, left), (2.0, 1.0, left)]);
         let options = PairOptions::default();
-        let of = |relation| relative(&reference, &estimate, relation, &options, false).unwrap().values;
+        let of = |relation| relative(&reference, &estimate, relation, &options).unwrap().values;
         assert_near(&of(Relation::TranslationPart), &[1.0, 0.0]);
         assert_near(&of(Relation::RotationAngleRad), &[left, 0.0]);
         assert_near(&of(Relation::PointDistance), &[1.0, 0.0]);
         assert_near(&of(Relation::PointDistanceErrorRatio), &[100.0, 0.0]);
         // One pair over both steps: the reference is 2 m ahead, the estimate (2, 1).
         let two = PairOptions { delta: 2.0, ..options };
-        let of = |relation| relative(&reference, &estimate, relation, &two, false).unwrap().values;
+        let of = |relation| relative(&reference, &estimate, relation, &two).unwrap().values;
         assert_near(&of(Relation::TranslationPart), &[1.0]);
         assert_near(&of(Relation::PointDistance), &[5.0_f64.sqrt() - 2.0]);
     }
@@ -231,10 +229,10 @@ mod tests {
         let estimate = path(&[(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (2.0, 0.0, 0.0)]);
         let options = PairOptions::default();
         let ratio = Relation::PointDistanceErrorRatio;
-        let found = relative(&reference, &estimate, ratio, &options, false).unwrap();
+        let found = relative(&reference, &estimate, ratio, &options).unwrap();
         assert_eq!((found.values, found.poses), (vec![50.0], vec![2]));
         let still = path(&[(0.0, 0.0, 0.0); 3]);
-        assert_eq!(relative(&still, &estimate, ratio, &options, false), Err(CompareError::NoRatios));
+        assert_eq!(relative(&still, &estimate, ratio, &options), Err(CompareError::NoRatios));
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Absolute and relative errors of a trajectory against a reference (APE, RPE).
 //!
 //! # Brief overview
-//! A [`PosePath`] holds poses as a file has them. [`Preparation`] filters, associates and aligns two of
+//! A [`PosePath`] holds poses as a file has them. [`Preparation`] cuts, associates and aligns two of
 //! them into [`Prepared`]; [`absolute`] and [`relative`] take the [`Errors`] of what comes out, and
 //! [`Statistics`] sums them up. Conventions, and so the numbers, are those of `evo` 1.38.1.
 //!
@@ -33,11 +33,11 @@ mod sum;
 mod units;
 
 pub use align::{Similarity, umeyama};
-pub use associate::{Matching, Sync, associate, match_stamps};
+pub use associate::{Matching, associate, match_stamps};
 pub use error::CompareError;
 pub use metric::{Errors, Relation, absolute, relative};
-pub use pairs::{PairOptions, pairs};
-pub use path::{Plane, Pose, PosePath};
+pub use pairs::{DELTA_TOLERANCE, PairOptions, pairs};
+pub use path::{Pose, PosePath};
 pub use prepare::{Alignment, Preparation, Prepared};
 pub use rigid::{quaternion_xyzw, rigid_alignment};
 pub use statistics::Statistics;

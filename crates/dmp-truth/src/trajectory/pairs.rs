@@ -4,6 +4,9 @@ use super::path::turn_between;
 use super::rotation::{angle_of_quaternion_rad, to_quaternion};
 use super::{CompareError, DeltaUnit, Pose};
 
+/// With all pairs: how far a pair may be from the distance asked for, as a share of it (the default of evo).
+pub const DELTA_TOLERANCE: f64 = 0.1;
+
 /// How far apart the poses of a pair are, and which pairs there are.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PairOptions {
@@ -11,15 +14,13 @@ pub struct PairOptions {
     pub delta: f64,
     /// Unit of `delta`.
     pub unit: DeltaUnit,
-    /// With `all_pairs`: how far a pair may be from `delta`, as a share of it.
-    pub relative_tolerance: f64,
     /// A pair from every pose, not only from where the last pair ended.
     pub all_pairs: bool,
 }
 
 impl Default for PairOptions {
     fn default() -> Self {
-        Self { delta: 1.0, unit: DeltaUnit::Frames, relative_tolerance: 0.1, all_pairs: false }
+        Self { delta: 1.0, unit: DeltaUnit::Frames, all_pairs: false }
     }
 }
 
@@ -45,12 +46,12 @@ impl PairOptions {
 /// When `options` are wrong, there are no pairs, or a rotation that is needed is none.
 pub fn pairs(poses: &[Pose], options: &PairOptions) -> Result<Vec<(usize, usize)>, CompareError> {
     options.check()?;
-    let PairOptions { delta, unit, relative_tolerance, all_pairs } = *options;
-    let tolerance = delta * relative_tolerance;
+    let PairOptions { delta, unit, all_pairs } = *options;
+    let tolerance = delta * DELTA_TOLERANCE;
     let found = match (unit, all_pairs) {
         (DeltaUnit::Frames, _) => by_index(poses.len(), delta as usize, all_pairs),
-        (DeltaUnit::Meters, false) => by_way(poses, delta),
-        (DeltaUnit::Meters, true) => all_by_way(&ways_m(poses), delta, tolerance),
+        (DeltaUnit::Meters, false) => by_distance(poses, delta),
+        (DeltaUnit::Meters, true) => all_by_distance(&path_lengths_m(poses), delta, tolerance),
         (DeltaUnit::Degrees, false) => by_turn(poses, delta.to_radians())?,
         (DeltaUnit::Radians, false) => by_turn(poses, delta)?,
         (DeltaUnit::Degrees, true) => all_by_turn(poses, delta.to_radians(), tolerance.to_radians())?,
@@ -71,24 +72,24 @@ fn step_m(from: &Pose, to: &Pose) -> f64 {
     (to.position_m - from.position_m).norm()
 }
 
-fn ways_m(poses: &[Pose]) -> Vec<f64> {
-    let mut way_m = 0.0;
+fn path_lengths_m(poses: &[Pose]) -> Vec<f64> {
+    let mut travelled_m = 0.0;
     let steps = poses.windows(2).map(|pair| step_m(&pair[0], &pair[1]));
-    let ways = steps.map(|step| {
-        way_m += step;
-        way_m
+    let lengths = steps.map(|step| {
+        travelled_m += step;
+        travelled_m
     });
-    std::iter::once(0.0).chain(ways).collect()
+    std::iter::once(0.0).chain(lengths).collect()
 }
 
-/// Pairs one behind the other: a pair ends with the pose at which the way since its start reaches
+/// Pairs one behind the other: a pair ends with the pose at which the path length since its start reaches
 /// `delta_m`, and the next starts there.
-fn by_way(poses: &[Pose], delta_m: f64) -> Vec<(usize, usize)> {
+fn by_distance(poses: &[Pose], delta_m: f64) -> Vec<(usize, usize)> {
     let steps = poses.windows(2).map(|pair| Ok(step_m(&pair[0], &pair[1])));
     accumulate(steps, delta_m).unwrap_or_default()
 }
 
-/// As [`by_way`], for the turns between neighbours, which add up.
+/// As [`by_distance`], for the turns between neighbours, which add up.
 fn by_turn(poses: &[Pose], delta_rad: f64) -> Result<Vec<(usize, usize)>, CompareError> {
     accumulate((1..poses.len()).map(|k| turn_between(poses, k - 1, k)), delta_rad)
 }
@@ -109,20 +110,20 @@ fn accumulate(
     Ok(found)
 }
 
-/// From every pose the later one whose way from it is nearest to `delta_m` (the first of several), if
-/// that is near enough. What is left to `delta_m` only grows along the way, so its change of sign is
+/// From every pose the later one whose path length from it is nearest to `delta_m` (the first of several), if
+/// that is near enough. What is left to `delta_m` only grows along the path, so its change of sign is
 /// found by bisection: `O(n log n)`.
-fn all_by_way(ways_m: &[f64], delta_m: f64, tolerance_m: f64) -> Vec<(usize, usize)> {
+fn all_by_distance(path_lengths_m: &[f64], delta_m: f64, tolerance_m: f64) -> Vec<(usize, usize)> {
     let mut found = Vec::new();
-    for (i, &here_m) in ways_m.iter().enumerate() {
-        let later = &ways_m[i + 1..];
-        let beyond = |way_m: f64| (way_m - here_m) - delta_m;
-        let reached = later.partition_point(|&way_m| beyond(way_m) < 0.0);
+    for (i, &here_m) in path_lengths_m.iter().enumerate() {
+        let later = &path_lengths_m[i + 1..];
+        let beyond = |travelled_m: f64| (travelled_m - here_m) - delta_m;
+        let reached = later.partition_point(|&travelled_m| beyond(travelled_m) < 0.0);
         let short = reached.checked_sub(1).map(|last| beyond(later[last]));
-        let far = later.get(reached).map(|&way_m| beyond(way_m));
+        let far = later.get(reached).map(|&travelled_m| beyond(travelled_m));
         let (index, off_m) = match (short, far) {
             (Some(short), far) if far.is_none_or(|far| -short <= far) => {
-                (later.partition_point(|&way_m| beyond(way_m) < short), -short)
+                (later.partition_point(|&travelled_m| beyond(travelled_m) < short), -short)
             }
             (_, Some(far)) => (reached, far),
             _ => continue,
@@ -135,7 +136,7 @@ fn all_by_way(ways_m: &[f64], delta_m: f64, tolerance_m: f64) -> Vec<(usize, usi
 }
 
 /// All pairs whose direct turn is within `delta_rad ± tolerance_rad`. Every pair is looked at, but only
-/// those near a bound need the angle itself: for the others the product of their quaternions tells.
+/// those near a bound need the angle itself: for the others the product of their quaternions decides.
 fn all_by_turn(
     poses: &[Pose],
     delta_rad: f64,
@@ -190,7 +191,7 @@ mod tests {
     }
 
     fn options(delta: f64, unit: DeltaUnit, all_pairs: bool) -> PairOptions {
-        PairOptions { delta, unit, all_pairs, ..PairOptions::default() }
+        PairOptions { delta, unit, all_pairs }
     }
 
     #[test]
@@ -211,7 +212,7 @@ mod tests {
     fn way_and_turn_add_up_and_start_again() {
         let poses = [0.0, 1.0, 3.0, 2.0, 2.5, 9.0, 9.5].map(|x| at(x, 10.0 * x));
         let of = |delta, unit| pairs(&poses, &options(delta, unit, false)).unwrap();
-        // Ways between neighbours: 1, 2, 1, 0.5, 6.5, 0.5.
+        // Distances between neighbours: 1, 2, 1, 0.5, 6.5, 0.5.
         assert_eq!(of(3.0, DeltaUnit::Meters), [(0, 2), (2, 5)]);
         assert_eq!(of(29.9, DeltaUnit::Degrees), [(0, 2), (2, 5)]);
         assert_eq!(of(0.5, DeltaUnit::Radians), [(0, 2), (2, 5)]);
@@ -225,24 +226,28 @@ mod tests {
         let mut state = 5_u64;
         for round in 0..300 {
             // Quarters and standstills: ties and plateaus.
-            let mut ways = vec![0.0];
+            let mut lengths_m = vec![0.0];
             for _ in 0..round % 40 {
                 state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-                ways.push(ways[ways.len() - 1] + ((state >> 40) % 4) as f64 * 0.25);
+                lengths_m.push(lengths_m[lengths_m.len() - 1] + ((state >> 40) % 4) as f64 * 0.25);
             }
             for (delta, tolerance) in [(0.0, 0.0), (1.0, 0.25), (1.1, 0.05), (2.0, 100.0), (0.625, 0.125)] {
                 let mut brute = Vec::new();
-                for i in 0..ways.len() {
+                for i in 0..lengths_m.len() {
                     let mut best: Option<(f64, usize)> = None;
-                    for j in i + 1..ways.len() {
-                        let off = ((ways[j] - ways[i]) - delta).abs();
+                    for j in i + 1..lengths_m.len() {
+                        let off = ((lengths_m[j] - lengths_m[i]) - delta).abs();
                         if best.is_none_or(|(least, _)| off < least) {
                             best = Some((off, j));
                         }
                     }
                     brute.extend(best.filter(|(off, _)| *off <= tolerance).map(|(_, j)| (i, j)));
                 }
-                assert_eq!(all_by_way(&ways, delta, tolerance), brute, "round {round} delta {delta}");
+                assert_eq!(
+                    all_by_distance(&lengths_m, delta, tolerance),
+                    brute,
+                    "round {round} delta {delta}"
+                );
             }
         }
     }

@@ -1,7 +1,7 @@
 //! Poses as a file has them.
 
 use super::CompareError;
-use super::rotation::{angle_rad, from_quaternion, product};
+use super::rotation::{angle_rad, product};
 use nalgebra::{Matrix3, Vector3};
 
 /// One pose `world_from_body`: a place in metres and a rotation as it was read, not made orthogonal.
@@ -48,19 +48,8 @@ impl Pose {
     }
 }
 
-/// A plane that trajectories are projected into.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Plane {
-    /// z becomes 0.
-    Xy,
-    /// y becomes 0.
-    Xz,
-    /// x becomes 0.
-    Yz,
-}
-
 /// Poses in the order of their file, with stamps in seconds or without. Unlike
-/// [`dmp_sensor::Trajectory`] nothing is sorted and nothing left out: the numbers of a comparison depend
+/// [`dmp_sensor::Trajectory`] nothing is sorted or excluded: the numbers of a comparison depend
 /// on both.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PosePath {
@@ -105,7 +94,7 @@ impl PosePath {
         self.poses.is_empty()
     }
 
-    /// The way travelled up to each pose, metres; the first is 0.
+    /// Distance travelled up to each pose, metres; the first is 0.
     pub fn distances_m(&self) -> Vec<f64> {
         let mut way_m = 0.0;
         let first = self.poses.first().map(|_| 0.0);
@@ -124,48 +113,6 @@ impl PosePath {
             stamps_s: self.stamps_s.as_ref().map(|stamps| indices.iter().map(|&i| stamps[i]).collect()),
             poses: indices.iter().map(|&i| self.poses[i]).collect(),
         }
-    }
-
-    /// At most `count` poses at even steps of their index, first and last among them.
-    ///
-    /// # Errors
-    /// When `count` is 0.
-    pub fn downsample(&mut self, count: usize) -> Result<(), CompareError> {
-        if self.len() <= count {
-            return Ok(());
-        }
-        let Some(intervals) = count.checked_sub(1) else { return Err(CompareError::DownsampleToNone) };
-        let last = self.len() - 1;
-        let step = last as f64 / intervals.max(1) as f64;
-        let index =
-            |k: usize| if k > 0 && k == intervals { last } else { (k as f64 * step).floor() as usize };
-        *self = self.select(&(0..count).map(index).collect::<Vec<_>>());
-        Ok(())
-    }
-
-    /// Only the first pose, and each that is `distance_m` of way or `angle_rad` of turn from the last kept.
-    ///
-    /// # Errors
-    /// When there are fewer than two poses, a threshold is negative, or a rotation is none.
-    pub fn motion_filter(&mut self, distance_m: f64, turn_rad: f64) -> Result<(), CompareError> {
-        if self.len() < 2 {
-            return Err(CompareError::MotionFilterPoses { poses: self.len() });
-        }
-        if distance_m < 0.0 || turn_rad < 0.0 {
-            return Err(CompareError::MotionFilterThreshold { distance_m, turn_rad });
-        }
-        let distances_m = self.distances_m();
-        let mut kept = vec![0];
-        let mut last = 0;
-        for k in 1..self.len() {
-            let moved = distances_m[k] - distances_m[last] >= distance_m;
-            if moved || turn_between(&self.poses, last, k)? >= turn_rad {
-                kept.push(k);
-                last = k;
-            }
-        }
-        *self = self.select(&kept);
-        Ok(())
     }
 
     /// Only the poses from `start_s` to `end_s`, both included; `None` is the stamp of the first or the
@@ -193,23 +140,6 @@ impl PosePath {
     /// Every pose moved by `left` in the world.
     pub fn transform(&mut self, left: &Pose) {
         self.poses.iter_mut().for_each(|pose| *pose = left.times(pose));
-    }
-
-    /// Every pose put into a plane: the place without its component along the normal, of the rotation
-    /// only the Euler angle (fixed axes x, y, z) about the normal.
-    pub fn project(&mut self, plane: Plane) {
-        for pose in &mut self.poses {
-            let [roll, pitch, yaw] = euler_rad(&pose.rotation);
-            let (normal, angle) = match plane {
-                Plane::Yz => (0, roll),
-                Plane::Xz => (1, pitch),
-                Plane::Xy => (2, yaw),
-            };
-            pose.position_m[normal] = 0.0;
-            let mut quaternion = [0.0, 0.0, 0.0, libm::cos(angle / 2.0)];
-            quaternion[normal] = libm::sin(angle / 2.0);
-            pose.rotation = from_quaternion(quaternion);
-        }
     }
 }
 
@@ -256,30 +186,6 @@ mod tests {
     }
 
     #[test]
-    fn downsampling_keeps_both_ends() {
-        let mut path = line(10);
-        path.downsample(4).unwrap();
-        assert_eq!(xs(&path), [0.0, 3.0, 6.0, 9.0]);
-        let mut path = line(10);
-        path.downsample(5).unwrap();
-        assert_eq!(xs(&path), [0.0, 2.0, 4.0, 6.0, 9.0]);
-        path.downsample(1).unwrap();
-        assert_eq!(xs(&path), [0.0]);
-        assert_eq!(line(3).downsample(0), Err(CompareError::DownsampleToNone));
-    }
-
-    #[test]
-    fn motion_is_way_or_turn() {
-        let mut path = line(10);
-        path.motion_filter(3.0, 10.0).unwrap();
-        assert_eq!(xs(&path), [0.0, 3.0, 6.0, 9.0]);
-        let mut path = line(10);
-        path.motion_filter(100.0, 0.35).unwrap();
-        assert_eq!(xs(&path), [0.0, 4.0, 8.0]);
-        assert!(line(1).motion_filter(1.0, 1.0).is_err() && line(3).motion_filter(-1.0, 1.0).is_err());
-    }
-
-    #[test]
     fn a_cut_includes_its_ends() {
         let mut path = line(10);
         path.cut(Some(2.0), Some(4.0)).unwrap();
@@ -289,21 +195,5 @@ mod tests {
         assert!(path.clone().cut(Some(5.0), None).is_err());
         path.cut(Some(10.0), Some(11.0)).unwrap();
         assert!(path.is_empty() && path.distances_m().is_empty());
-    }
-
-    #[test]
-    fn projection_keeps_the_turn_about_the_normal() {
-        let angles = [0.3, -0.4, 1.1];
-        let rotation = Rotation3::from_euler_angles(angles[0], angles[1], angles[2]).into_inner();
-        for (plane, axis) in [(Plane::Yz, 0), (Plane::Xz, 1), (Plane::Xy, 2)] {
-            let pose = Pose { rotation, position_m: Vector3::new(1.0, 2.0, 3.0) };
-            let mut path = PosePath::new(vec![pose], None).unwrap();
-            path.project(plane);
-            assert_eq!(path.poses()[0].position_m[axis], 0.0);
-            assert_eq!(path.poses()[0].position_m[(axis + 1) % 3], pose.position_m[(axis + 1) % 3]);
-            let turned = euler_rad(&path.poses()[0].rotation);
-            assert!((turned[axis] - angles[axis]).abs() < 1e-14);
-            assert!(turned[(axis + 1) % 3].abs() < 1e-14 && turned[(axis + 2) % 3].abs() < 1e-14);
-        }
     }
 }

@@ -1,14 +1,10 @@
-//! Brings two trajectories together: filtered, associated, aligned.
+//! Brings two trajectories together: cut, associated, aligned.
 
-use super::{CompareError, Matching, Plane, Pose, PosePath, Similarity, associate, umeyama};
+use super::{CompareError, Matching, Pose, PosePath, Similarity, associate, umeyama};
 
 /// What is done to two trajectories before they are compared, in the order of the fields.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Preparation {
-    /// At most so many poses of each.
-    pub downsample: Option<usize>,
-    /// Only poses so far (metres) or so much turned (radians) from the one before.
-    pub motion_filter: Option<(f64, f64)>,
     /// Only the reference's poses from here, seconds.
     pub start_s: Option<f64>,
     /// Only the reference's poses up to here, seconds.
@@ -17,8 +13,6 @@ pub struct Preparation {
     pub matching: Matching,
     /// How the estimate is moved onto the reference.
     pub alignment: Alignment,
-    /// A plane both are projected into.
-    pub plane: Option<Plane>,
 }
 
 /// How the estimate is moved onto the reference.
@@ -30,8 +24,6 @@ pub struct Alignment {
     pub scale: bool,
     /// First pose onto first pose. Not together with `pose`.
     pub origin: bool,
-    /// From so many poses only, counted from the start (negative: all but so many); `None` is all.
-    pub first: Option<i64>,
 }
 
 /// Two trajectories pose by pose.
@@ -50,26 +42,12 @@ impl Preparation {
     ///
     /// # Errors
     /// As its steps.
-    pub fn apply(&self, mut reference: PosePath, mut estimate: PosePath) -> Result<Prepared, CompareError> {
-        for path in [&mut reference, &mut estimate] {
-            if let Some(count) = self.downsample {
-                path.downsample(count)?;
-            }
-        }
-        for path in [&mut reference, &mut estimate] {
-            if let Some((distance_m, turn_rad)) = self.motion_filter {
-                path.motion_filter(distance_m, turn_rad)?;
-            }
-        }
+    pub fn apply(&self, mut reference: PosePath, estimate: PosePath) -> Result<Prepared, CompareError> {
         if self.start_s.is_some() || self.end_s.is_some() {
             reference.cut(self.start_s, self.end_s)?;
         }
-        let (mut reference, mut estimate) = associate(&reference, &estimate, &self.matching)?;
+        let (reference, mut estimate) = associate(&reference, &estimate, &self.matching)?;
         let moved_by = self.alignment.apply(&reference, &mut estimate)?;
-        if let Some(plane) = self.plane {
-            reference.project(plane);
-            estimate.project(plane);
-        }
         Ok(Prepared { reference, estimate, moved_by })
     }
 }
@@ -82,7 +60,7 @@ impl Alignment {
     ) -> Result<Option<Similarity>, CompareError> {
         let mut moved_by = None;
         if self.pose || self.scale {
-            let found = umeyama(reference, estimate, self.scale, self.first)?;
+            let found = umeyama(reference, estimate, self.scale)?;
             if self.scale {
                 estimate.scale(found.scale);
             }
@@ -131,7 +109,7 @@ mod tests {
         let moved = Pose { rotation, position_m: Vector3::new(3.0, 4.0, 5.0) };
         let here = Pose::identity();
         let with = |pose, scale, origin, left: &Pose, size: f64| {
-            let alignment = Alignment { pose, scale, origin, first: None };
+            let alignment = Alignment { pose, scale, origin };
             let preparation = Preparation { alignment, ..Preparation::default() };
             worst_m(&preparation.apply(path(&here, 1.0), path(left, size)).unwrap())
         };

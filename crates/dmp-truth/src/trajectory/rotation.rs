@@ -1,6 +1,6 @@
 //! Rotations as 3 × 3 matrices that were read from text: nearly orthogonal, not exactly.
 
-use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, Vector3};
 
 /// The product `a b`, each element a chain of fused multiply–adds. This is how the usual BLAS rounds, and
 /// a threshold on accumulated angles may hang on the last bit.
@@ -67,12 +67,6 @@ pub(crate) fn to_quaternion(matrix: &Matrix3<f64>) -> [f64; 4] {
     q.map(|c| c / norm)
 }
 
-/// The rotation of a unit quaternion `(x, y, z, w)`.
-pub(crate) fn from_quaternion(q: [f64; 4]) -> Matrix3<f64> {
-    let [x, y, z, w] = q;
-    UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)).to_rotation_matrix().into_inner()
-}
-
 /// The orthogonal factor of the polar decomposition, by Newton's iteration (Higham 1986).
 fn nearest_rotation(matrix: &Matrix3<f64>) -> Matrix3<f64> {
     let mut rotation = *matrix;
@@ -103,8 +97,9 @@ mod tests {
             for angle in [0.0, 1e-6, 5e-4, 1e-3, 0.3, 1.6, 3.0, std::f64::consts::PI - 1e-7] {
                 let found = angle_rad(&turn(axis, angle)).unwrap();
                 assert!((found - angle).abs() < 1e-12, "{axis:?} {angle} {found}");
-                let again = from_quaternion(to_quaternion(&turn(axis, angle)));
-                assert!((again - turn(axis, angle)).amax() < 1e-14);
+                let [x, y, z, w] = to_quaternion(&turn(axis, angle));
+                let again = nalgebra::UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(w, x, y, z));
+                assert!((again.to_rotation_matrix().into_inner() - turn(axis, angle)).amax() < 1e-14);
             }
         }
     }

@@ -2,7 +2,7 @@
 
 use super::sum::sum;
 
-/// What is told of a list of errors.
+/// Statistics of a list of errors.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Statistics {
     /// Largest.

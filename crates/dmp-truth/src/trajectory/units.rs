@@ -53,7 +53,7 @@ pub enum DeltaUnit {
     /// Lines of the trajectory.
     #[default]
     Frames,
-    /// Metres of way.
+    /// Metres of path length.
     Meters,
     /// Degrees of turn.
     Degrees,

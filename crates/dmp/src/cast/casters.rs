@@ -1,4 +1,4 @@
-//! A caster into every run's map, and the tiles that all of them share.
+//! A caster into every run's map, and the tiles they share.
 
 use std::sync::{Arc, OnceLock};
 
@@ -13,12 +13,11 @@ use crate::schedule::{RunTile, Schedule};
 use crate::settings::Settings;
 use crate::work::MapFacts;
 
-/// Most tiles that wait to be loaded before they are needed.
+/// Most tiles queued to be loaded before they are needed.
 const PREFETCHED_TILES: usize = 256;
-/// Most jobs for each thread that are handed out and not done: those that wait and the one at work.
+/// Most unfinished jobs for each thread: those that wait and the one at work.
 const JOBS_AT_WORK: usize = 3;
-/// Predictions are looked for up to this many times the largest range used: further, a sensor would
-/// see nothing.
+/// Predictions are searched up to this many times the largest range used: beyond, a sensor would see nothing.
 const HORIZON: f64 = 2.0;
 
 /// A run's map, ready to be cast into.
@@ -28,31 +27,31 @@ pub(crate) struct RunCaster {
 }
 
 impl RunCaster {
-    /// What can be told of its surfels.
+    /// The report's facts about its surfels.
     pub(crate) fn basis(&self) -> Basis {
         if self.facts.fused { Basis::CrossValidated } else { Basis::Near }
     }
 }
 
-/// What can be told of the surfels of some runs.
+/// The report's facts about the surfels of some runs.
 pub(super) fn bases(runs: &[RunState<'_, RunCaster>]) -> Vec<Basis> {
     runs.iter().map(|run| run.map.basis()).collect()
 }
 
-/// How far predictions are looked for, metres.
+/// How far predictions are searched, metres.
 pub(crate) fn horizon_m(settings: &Settings) -> f64 {
     HORIZON * settings.max_range_m
 }
 
 /// The tiles of all maps that are in memory.
 pub(crate) struct SharedTiles {
-    /// When they are needed, once that is known.
+    /// When they are needed, once known.
     pub(super) schedule: Arc<OnceLock<Schedule>>,
     pub(super) budget_bytes: usize,
 }
 
 impl<'a> Evaluation<'a, RunMap> {
-    /// Makes the maps ready to be cast into: casters that share the memory there is for tiles.
+    /// Makes the maps ready for casting: the casters share the memory for tiles.
     pub(crate) fn casters(mut self) -> (Evaluation<'a, RunCaster>, SharedTiles) {
         let lengths = self.settings.scales.lengths();
         let settings = CastSettings {
@@ -64,8 +63,8 @@ impl<'a> Evaluation<'a, RunMap> {
         let schedule: Arc<OnceLock<Schedule>> = Arc::default();
         let foreseen = Arc::clone(&schedule);
         let count = self.runs.len();
-        // A thread casts into one run after the other, and begins again: of the tiles in reach those of the run that it
-        // has just left are used last.
+        // A thread casts into one run after the other and starts over. Of the tiles in reach, those of the
+        // run just finished are therefore used last.
         let next_use = move |tile: &RunTile, now: &RunTile| {
             let jobs = foreseen.get().map_or(0, |schedule| schedule.next_use(tile));
             let runs = (tile.0 + count - now.0) % count;
@@ -84,7 +83,8 @@ impl<'a> Evaluation<'a, RunMap> {
 }
 
 impl SharedTiles {
-    /// Has the tiles loaded that come into reach, beside what reads and casts; `pass` is given what to tell of jobs.
+    /// Loads tiles that come into reach in parallel with reading and casting; `pass` receives the callback
+    /// for job events.
     pub(super) fn with_prefetch<R>(
         &self,
         runs: &[RunState<'_, RunCaster>],
@@ -92,13 +92,13 @@ impl SharedTiles {
         schedule: &Schedule,
         pass: impl FnOnce(&dyn Fn(usize)) -> R,
     ) -> R {
-        // Tiles that do not fit beside each other would only drive each other out.
+        // Without room for all tiles in reach, prefetched ones would evict each other.
         let fits = schedule.bytes_in_reach() <= self.budget_bytes as u64;
         let (sender, receiver) = bounded::<RunTile>(if fits { PREFETCHED_TILES } else { 0 });
         std::thread::scope(|scope| {
             scope.spawn(move || {
                 for (run, tile) in receiver {
-                    // A damaged tile is told of by the ray that needs it.
+                    // The ray that needs a damaged tile reports it.
                     let _ = runs[run].map.caster.prefetch(tile);
                 }
             });
@@ -106,7 +106,7 @@ impl SharedTiles {
             let ahead = move |job: usize| {
                 schedule.move_to(job.saturating_sub(at_work));
                 for tile in schedule.begin(job) {
-                    // What finds no place in the queue is loaded when it is needed.
+                    // A full queue only means that the tile is loaded when needed.
                     let _ = if fits { sender.try_send(*tile) } else { Ok(()) };
                 }
             };

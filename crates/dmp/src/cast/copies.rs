@@ -1,18 +1,18 @@
-//! Scans that hold what another one holds: a driver that has come to a stop sends its last scan again and again.
+//! Detects scans that repeat another scan: a driver that hangs sends its last scan again and again.
 
 use std::fmt;
 
 use dmp_sensor::Scan;
 
-/// Returns without which two scans may be alike by chance.
+/// With fewer returns two scans may be equal by chance.
 const ENOUGH: usize = 16;
 
-/// A scan with the returns of one before it, or several in a row.
+/// One scan, or several in a row, with the returns of an earlier scan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct CopiedScans {
-    /// Its number in the log, or that of the first.
+    /// Its number in the log, or that of the first of several.
     pub scan: usize,
-    /// That of the last.
+    /// Number of the last.
     pub last: usize,
     /// The number of the scan that has the same returns.
     pub original: usize,
@@ -29,7 +29,7 @@ impl fmt::Display for CopiedScans {
     }
 }
 
-/// What the places of a scan's returns come to, the same for two scans with the same ones; `None` where hardly anything came back.
+/// A hash of the scan's returns, equal for scans with equal returns; `None` with too few returns.
 pub(super) fn mark_of(scan: &Scan) -> Option<u64> {
     let mut mark = 0_u64;
     let mut mix = |word: u64| mark = (mark.rotate_left(5) ^ word).wrapping_mul(0x517c_c1b7_2722_0a95);
@@ -43,7 +43,7 @@ pub(super) fn mark_of(scan: &Scan) -> Option<u64> {
     (returns >= ENOUGH).then_some(mark)
 }
 
-/// The scans, by their numbers, that have the mark of one before them in the order of time.
+/// The scans, by their numbers, whose mark equals that of an earlier scan in time.
 pub(super) fn copied_scans(marks: &[(usize, u64)]) -> Vec<CopiedScans> {
     let mut by_mark: Vec<usize> = (0..marks.len()).collect();
     by_mark.sort_unstable_by_key(|&k| (marks[k].1, k));
@@ -87,7 +87,7 @@ mod tests {
     }
 
     #[test]
-    fn copies_in_a_row_are_told_together() {
+    fn copies_in_a_row_are_reported_together() {
         let marks: Vec<(usize, u64)> =
             [1, 2, 2, 2, 3, 1, 2, 4].into_iter().enumerate().map(|(k, mark)| (k + 10, mark)).collect();
         let row = |scan, last, original| CopiedScans { scan, last, original };

@@ -1,4 +1,4 @@
-//! Casting: rays into every run's map, and what they leave.
+//! Casts rays into every run's map and reduces the residuals.
 
 mod casters;
 mod copies;

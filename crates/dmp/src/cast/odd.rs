@@ -1,4 +1,4 @@
-//! Scans that are unlike the others: where no checksum guards a log, the only sign of bytes that changed.
+//! Detects scans unlike the others: the only sign of changed bytes in a log without checksums.
 
 use dmp_lengths::thousands;
 use std::fmt;
@@ -6,57 +6,58 @@ use std::fmt;
 use super::rows::{median, off_in_rows, ratio};
 use super::shapes::{ScanShape, half_octave_m};
 
-/// Scans on either side that a scan is compared with.
+/// Neighbours on either side that a scan is compared with.
 const BESIDE: usize = 2;
-/// Implausible ranges that one scan may have more than is usual eightfold.
+/// Implausible ranges that one scan may have beyond eight times the usual number.
 const IMPLAUSIBLE: u32 = 16;
-/// Half octaves from 1 m on in which ranges end later than those of most sensors, and how many more than those of the log.
+/// Half octaves from 1 m on at which ranges end later than those of most sensors, and the excess over those
+/// of the log.
 const FAR: u8 = 18;
 const FARTHER: u8 = 8;
-/// Returns without which a share says little.
+/// With fewer returns a share is not significant.
 const ENOUGH: u32 = 200;
-/// How much more, as a share, the larger of two numbers of returns is, a scan's own and the median of those beside it: more
-/// than this, and more than so many times what is usual in the log.
+/// Least relative excess of the larger of two numbers of returns, a scan's own and the median of its
+/// neighbours. It must also exceed the usual excess in the log this many times.
 const MORE: f64 = 0.75;
 const USUAL_MORE: f64 = 10.0;
-/// Share of the returns that would have to be at another range to make a scan like the nearest of those beside it, likewise.
+/// Least share of returns at other ranges than in the nearest neighbour scan; with the same condition.
 const APART: f64 = 0.35;
 const USUAL_APART: f64 = 4.0;
 
-/// A scan that is unlike the others, or several in a row that are so in the same way.
+/// One scan unlike the others, or several in a row with the same oddity.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OddScans {
-    /// Its number in the log, or that of the first.
+    /// Its number in the log, or that of the first of several.
     pub scan: usize,
-    /// That of the last.
+    /// Number of the last.
     pub last: usize,
-    /// What is odd, of the oddest of them.
+    /// The largest oddity of them.
     pub oddity: Oddity,
 }
 
-/// What is odd about a scan.
+/// How a scan differs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Oddity {
-    /// So many ranges that no sensor measures.
+    /// This many ranges that no sensor measures.
     Implausible(u32),
-    /// Ranges that are far beyond those of most scans.
+    /// Ranges far beyond those of most scans.
     Far {
-        /// Where its ranges end, but for a few, at least, metres.
+        /// The end of its ranges, except for a few, at least, metres.
         end_m: f64,
-        /// Where those of most scans end, at most, metres.
+        /// The end of the ranges of most scans, at most, metres.
         usual_m: f64,
     },
-    /// So many returns where those beside it, or most, have others.
+    /// A number of returns unlike that of its neighbours, or of most scans.
     Returns {
         /// Its own.
         returns: u32,
         /// Those of the others.
         usual: u32,
     },
-    /// So large a share of its returns lies at ranges that the scans beside it do not have.
+    /// A large share of its returns lies at ranges that its neighbours do not have.
     Ranges {
-        /// Of 1.
+        /// As a fraction.
         share: f64,
     },
 }
@@ -94,7 +95,7 @@ impl fmt::Display for OddScans {
 }
 
 impl Oddity {
-    /// The odder of two of a kind; `None` where they are of two.
+    /// The larger of two oddities of a kind; `None` if they differ in kind.
     fn odder(self, other: Self) -> Option<Self> {
         let other_is_odder = match (self, other) {
             (Self::Implausible(a), Self::Implausible(b)) => b > a,
@@ -113,7 +114,7 @@ impl Oddity {
     }
 }
 
-/// Those of one kind in a row, by their numbers, as one.
+/// Merges consecutive scans of one kind, by their numbers.
 pub(super) fn in_rows(odd: impl IntoIterator<Item = (usize, Oddity)>) -> Vec<OddScans> {
     let mut rows: Vec<OddScans> = Vec::new();
     for (scan, oddity) in odd {
@@ -129,10 +130,10 @@ pub(super) fn in_rows(odd: impl IntoIterator<Item = (usize, Oddity)>) -> Vec<Odd
     rows
 }
 
-/// The scans of a log, each by its place in the order of time, that are unlike those before and after them, or have numbers
-/// that few of the log have. A scene that changes makes a scan unlike those on one side; only a scan unlike both is odd.
+/// The scans of a log, given in order of time, that are unlike those before and after them, or have numbers
+/// that few scans have. A change of scene makes a scan unlike one side; only a scan unlike both sides is odd.
 pub(super) fn odd_scans(shapes: &[ScanShape]) -> Vec<(usize, Oddity)> {
-    // Of two scans none is the odd one.
+    // With two scans, neither can be the odd one.
     if shapes.len() <= BESIDE {
         return Vec::new();
     }
@@ -141,7 +142,8 @@ pub(super) fn odd_scans(shapes: &[ScanShape]) -> Vec<(usize, Oddity)> {
         (first..end).filter(move |&other| other != k).map(|other| &shapes[other])
     };
     let usual_implausible_beside = |k: usize| median(beside(k).map(|shape| shape.implausible).collect());
-    // Of an even number of scans there are two medians: the nearer one, as those beside an odd scan are well.
+    // An even number of neighbours has two medians: take the nearer, since neighbours of an odd scan are
+    // compared too.
     let usual_returns_beside = |k: usize| {
         let mut all: Vec<u32> = beside(k).map(|shape| shape.returns).collect();
         all.sort_unstable();
@@ -170,7 +172,7 @@ pub(super) fn odd_scans(shapes: &[ScanShape]) -> Vec<(usize, Oddity)> {
     let odd = |k: usize| {
         let shape = &shapes[k];
         let implausible = usual_implausible.min(usual_implausible_beside(k));
-        // The first and the last scan may be parts, or where the scene changes.
+        // The first and last scan may be partial, or lie at a change of scene.
         let (has_both, returns) = (k > 0 && k + 1 < shapes.len(), usual_returns_beside(k));
         if shape.implausible > IMPLAUSIBLE.saturating_add(implausible.saturating_mul(8)) {
             Some(Oddity::Implausible(shape.implausible))
@@ -222,7 +224,7 @@ mod tests {
             let opens_at_an_end = (0..60).map(|k| street(if k < at { 5.0 } else { 60.0 }, 20_000));
             assert_eq!(odd_scans(&opens_at_an_end.collect::<Vec<_>>()), []);
         }
-        // Scans so far apart that none is like the one before.
+        // Scans so far apart that no two neighbours are alike.
         let thinned = (0..100).map(|k| street([4.0, 16.0, 64.0, 8.0, 32.0][k % 5], 20_000));
         assert_eq!(odd_scans(&thinned.collect::<Vec<_>>()), []);
         let few = (0..100).map(|k| street(1.0 + f64::from(k * 37 % 50), 100));
@@ -240,7 +242,7 @@ mod tests {
         shapes[20] = street(5.0, 3_000);
         shapes[30].implausible = 40;
         shapes[40] = street(60.0, 20_000);
-        // The last may be where the scene changes.
+        // The last may lie at a change of scene.
         shapes[59] = street(60.0, 20_000);
         let odd = odd_scans(&shapes);
         let places: Vec<usize> = odd.iter().map(|&(k, _)| k).collect();

@@ -1,4 +1,4 @@
-//! Some frames cast by themselves, for scores that are put together elsewhere.
+//! Casts some frames on their own, for scores that are merged elsewhere.
 
 use dmp_reduce::{Basis, FrameSet, ReduceError};
 
@@ -12,7 +12,7 @@ use crate::progress::Stage;
 use crate::work::Casting;
 
 impl Evaluation<'_, RunCaster> {
-    /// Casts every return of some frames into every run's map, and gives what they leave.
+    /// Casts every return of some frames into every run's map; returns the sums.
     ///
     /// # Errors
     /// When the log or a map cannot be read.
@@ -29,16 +29,16 @@ impl Evaluation<'_, RunCaster> {
             each_frame_in_parts(reading, jobs, workers, pauses)
         })?;
         let sums = Sums::nothing(&layout).with(&workers)?;
-        // Sums by tile are for pictures, and would be most of what is kept.
+        // Sums by tile serve plots only, and would dominate the size.
         Ok(Sums { tiles: TileSums::new(), ..sums }.kept(wanted.clone()))
     }
 }
 
 impl<M> Evaluation<'_, M> {
-    /// What parts of the cast come to together, of runs whose maps were fused.
+    /// The score of all parts of the cast, for runs whose maps were fused.
     ///
     /// # Errors
-    /// When they have a frame in common, or are of other runs.
+    /// When two parts share a frame, or are of other runs.
     pub(crate) fn put_together(&self, parts: Vec<Casting>) -> Result<Scored, EvaluateError> {
         let layout = &self.layout_for(vec![Basis::CrossValidated; self.runs.len()]);
         let mut sums = Sums::nothing(layout);

@@ -1,4 +1,4 @@
-//! One pass over the log in which rays are cast, `z' = S(M, T_z)`, and what they leave is reduced.
+//! One pass over the log that casts rays, `z' = S(M, T_z)`, and reduces the residuals.
 
 use std::collections::HashMap;
 
@@ -20,47 +20,46 @@ use crate::report::PlacesReport;
 use crate::schedule::Schedule;
 use crate::work::{Casting, Round};
 
-/// Everything that comes of casting a log.
+/// Everything that casting a log yields.
 #[derive(Debug)]
 pub(crate) struct Scored {
     pub(crate) reducer: Reducer,
     /// Scans that were scored.
     pub(crate) frames: u64,
-    /// Where not scans but places were drawn: what is told of them.
+    /// If places were drawn instead of scans: their part of the report.
     pub(crate) places: Option<PlacesReport>,
-    /// For every unit that the reducer takes its number in the log: of a scan, or of the scan in a place's middle.
+    /// For every unit of the reducer its number in the log: of a scan, or of the scan in a place's middle.
     pub(crate) scan_of_unit: Vec<usize>,
-    /// How many frames were scored when it was looked whether that decides; where it was asked for, the last is all
-    /// that were scored.
+    /// Number of frames scored at each look for a decision; with a decision requested, the last is the total.
     pub(crate) looks: Vec<u64>,
-    /// What the verdicts of the last look promise.
+    /// The promise of the last look's verdicts.
     pub(crate) promise: Promise,
     pub(crate) counts: ReturnCounts,
     /// Scans of a log without checksums that are unlike the others.
     pub(crate) odd_scans: Vec<OddScans>,
-    /// Scans that hold what another one holds.
+    /// Scans that repeat another scan.
     pub(crate) copied_scans: Vec<CopiedScans>,
     /// Sums of the returns that lie in a tile, for each run and tile.
     pub(crate) tiles: HashMap<(usize, TileId), RunSums>,
     pub(crate) tile_loads: u64,
-    /// Tiles that were ever within the sensor's reach, and how often they came into it.
+    /// Tiles that were within the sensor's reach, counted each time they came into it.
     pub(crate) tiles_in_reach: u64,
     pub(crate) tile_visits: u64,
     /// The grid of the maps.
     pub(crate) lattice: Lattice,
 }
 
-/// What a look adds to the one before.
+/// The frames that a look adds to the one before.
 struct Look {
-    /// Frames that are scored when it is done.
+    /// Frames scored after it.
     size: u64,
-    /// Returns that it adds, and how many of these are done already.
+    /// Returns that it adds, and how many of these are already done.
     returns: u64,
     returns_done: u64,
     jobs: Vec<Vec<usize>>,
 }
 
-/// The sums of an evaluation as far as it is cast.
+/// The partial sums of an evaluation.
 #[derive(Debug, Clone)]
 pub(super) struct Sums {
     pub(super) reducer: Reducer,
@@ -76,7 +75,7 @@ impl Sums {
         Self { reducer, counts, tiles: HashMap::new(), shapes: Vec::new(), marks: Vec::new() }
     }
 
-    /// Together with what some workers have.
+    /// Adds the sums of some workers.
     pub(super) fn with(&self, workers: &[CastWorker<'_>]) -> Result<Self, EvaluateError> {
         let mut sums = self.clone();
         for worker in workers {
@@ -91,7 +90,7 @@ impl Sums {
         Ok(sums)
     }
 
-    /// As they are kept: the same bytes whoever had which frame.
+    /// The sums for a checkpoint: the same bytes however frames were distributed.
     pub(super) fn kept(self, done: FrameSet) -> Casting {
         let Self { reducer, counts, tiles, mut shapes, mut marks } = self;
         let mut tiles: Vec<_> =
@@ -102,7 +101,7 @@ impl Sums {
         Casting { done, reducer: reducer.seen(), counts, tiles, shapes, marks }
     }
 
-    /// As they were kept.
+    /// The sums of a checkpoint.
     ///
     /// # Errors
     /// When they are of other runs.
@@ -115,9 +114,9 @@ impl Sums {
 }
 
 impl Evaluation<'_, RunCaster> {
-    /// Casts every return of the sample into every run's map and reduces the residuals, in one pass over the log. What
-    /// an earlier process kept is taken up, and `maps`, as they are kept, go before what this one keeps. Where a decision
-    /// is asked for, samples grow until it is made.
+    /// Casts every return of the sample into every run's map and reduces the residuals, in one pass over the
+    /// log. Resumes from a checkpoint; `maps` are stored before the first checkpoint of its own. If a
+    /// decision is requested, samples grow until it is made.
     ///
     /// # Errors
     /// When the log or a map cannot be read.
@@ -145,7 +144,7 @@ impl Evaluation<'_, RunCaster> {
                 let pauses = Pauses { every, done: std::mem::take(&mut done), keep: &mut keep, ahead };
                 (workers, done) = each_frame_in_parts(reading, jobs, std::mem::take(&mut workers), pauses)?;
                 let reducer = before.with(&workers)?.reducer;
-                // What an earlier process went on from was not decided.
+                // A resumed checkpoint was undecided.
                 if reducer.frames_added() == look.size && self.is_decided(&reducer) {
                     break;
                 }
@@ -158,14 +157,14 @@ impl Evaluation<'_, RunCaster> {
         Ok(Scored { tile_loads, tiles_in_reach, tile_visits, ..scored })
     }
 
-    /// Which tiles are needed when, for some jobs.
+    /// When each tile is needed, for these jobs.
     pub(super) fn schedule(&self, jobs: &mut dyn Iterator<Item = &Vec<usize>>) -> Schedule {
         let runs: Vec<_> = self.runs.iter().map(|run| (&run.poses, run.map.caster.map())).collect();
         Schedule::new(&self.plan, &runs, jobs, self.settings.max_range_m)
     }
 
-    /// Casts every return of some of the frames, once and with nothing kept; where they went, and their sums by tile if
-    /// there are to be any.
+    /// Casts every return of some frames, once and without checkpoints. Returns the return counts, and the
+    /// sums by tile if requested.
     ///
     /// # Errors
     /// When the log or a map cannot be read.
@@ -188,7 +187,7 @@ impl Evaluation<'_, RunCaster> {
         self.layout_for(bases(&self.runs))
     }
 
-    /// What is to be read for each look that there may be.
+    /// The frames to read for each possible look.
     fn looks(&self, reading: Reading<'_>, done: &FrameSet) -> Vec<Look> {
         let frames = self.plan.frames();
         let look = |(number, &size): (usize, &u64)| {
@@ -209,10 +208,10 @@ impl Evaluation<'_, RunCaster> {
         self.plan.looks.sizes().iter().enumerate().map(look).collect()
     }
 
-    /// What is scored already, and which frames that is.
+    /// The sums so far, and the frames they cover.
     fn before(&self, layout: &Layout, round: Round) -> Result<(Sums, FrameSet), EvaluateError> {
         let kept = if self.sink.wants_every_return() { None } else { self.work.load::<Casting>(round)? };
-        // A tile holds a return at least: sums that were not kept are made again.
+        // A tile has at least one return: without stored tile sums, all are computed again.
         let Some(mut kept) = kept.filter(|kept| !self.means.per_tile || !kept.tiles.is_empty()) else {
             return Ok((Sums::nothing(layout), FrameSet::default()));
         };
@@ -225,13 +224,13 @@ impl Evaluation<'_, RunCaster> {
 }
 
 impl<M> Evaluation<'_, M> {
-    /// What reducers are told of the log, and of runs judged by `bases`.
+    /// What reducers need from the log, for runs judged by `bases`.
     pub(crate) fn layout_for(&self, bases: Vec<Basis>) -> Layout {
         let layout = Layout::new(self.plan.frames().len() as u64, bases).on_scales(self.settings.scales);
         layout.with_miss_price(self.settings.miss_price)
     }
 
-    /// Everything that sums come to; of the tiles that were loaded nothing.
+    /// The scores of these sums; statistics of loaded tiles are not included.
     pub(super) fn scored(&self, sums: Sums) -> Result<Scored, EvaluateError> {
         let Sums { reducer, counts, tiles, shapes, marks } = sums;
         let (odd_scans, copied_scans) = (self.odd_scans(shapes), self.copied_scans(marks));
@@ -255,13 +254,13 @@ impl<M> Evaluation<'_, M> {
         })
     }
 
-    /// What verdicts on what a reducer has seen promise: looks share the error that was asked for.
+    /// The promise of verdicts on a reducer's frames: the looks share the error rate.
     fn promise(&self, reducer: &Reducer) -> Promise {
         let confidence = self.plan.looks.confidence(reducer.frames_added(), self.settings.confidence);
         Promise { confidence, ..self.settings.promise() }
     }
 
-    /// Whether everything that was asked for is decided; never where nothing was.
+    /// Whether everything requested is decided; false if nothing was.
     fn is_decided(&self, reducer: &Reducer) -> bool {
         let Some(decide) = &self.settings.decide else { return false };
         let matters = |pair: &Comparison| {
@@ -277,7 +276,7 @@ impl<M> Evaluation<'_, M> {
             .all(|pair| !matches!(pair.verdict, Verdict::Undecided { .. }))
     }
 
-    /// The scans that are unlike the others, where all were scored.
+    /// The scans unlike the others, if all were scored.
     fn odd_scans(&self, mut shapes: Vec<(u64, ScanShape)>) -> Vec<OddScans> {
         let frames = self.plan.frames();
         if shapes.len() != frames.len() {
@@ -288,7 +287,7 @@ impl<M> Evaluation<'_, M> {
         in_rows(odd_scans(&shapes).into_iter().map(|(k, oddity)| (frames[k].number, oddity)))
     }
 
-    /// The scans that hold what another one holds, of those that were scored.
+    /// The scored scans that repeat another scan.
     fn copied_scans(&self, mut marks: Vec<(u64, u64)>) -> Vec<CopiedScans> {
         marks.sort_unstable();
         let numbered = |(ordinal, mark): (u64, u64)| (self.plan.frames()[ordinal as usize].number, mark);

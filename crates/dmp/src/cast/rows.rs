@@ -1,15 +1,16 @@
-//! Scans in a row whose numbers of returns few of the log have: one is like the other, so that those beside tell nothing.
+//! Detects rows of scans with unusual numbers of returns. Neighbours within a row are alike, so comparing
+//! neighbours cannot detect them.
 
-/// How many times as many the larger of two numbers of returns is, a scan's own and the median of the whole log: more than this,
-/// and more than the square of what three of four scans have.
+/// Least ratio between a scan's number of returns and the median of the log. It must also exceed the square
+/// of the ratio that three of four scans stay below.
 const OFF: f64 = 1.9;
-/// Likewise of one scan and the next, where such a row begins and where it ends, and the fourth power: a scene changes by less.
+/// The same for one scan and the next, at both ends of a row, and the fourth power: a scene changes by less.
 const STEP: f64 = 1.75;
 const USUAL_SHARE: f64 = 0.75;
-/// Returns without which a ratio says little.
+/// With fewer returns a ratio is not significant.
 const ENOUGH: u32 = 200;
 
-/// Whether a scan is in a row of scans that have far more, or far fewer, returns than most of the log, and begins and ends at once.
+/// Whether each scan lies in a row with far more or far fewer returns than most scans, with abrupt ends.
 pub(super) fn off_in_rows(returns: &[u32]) -> Vec<bool> {
     let usual = median(returns.to_vec());
     let usual_off = most_have(returns.iter().map(|&own| ratio(own, usual)));
@@ -23,7 +24,7 @@ pub(super) fn off_in_rows(returns: &[u32]) -> Vec<bool> {
     let mut in_row = Vec::with_capacity(returns.len());
     for row in returns.chunk_by(|a, b| off(a) == off(b)) {
         let (start, end) = (in_row.len(), in_row.len() + row.len());
-        // A row at an end of the log may be where the scene changes.
+        // A row at an end of the log may be a change of scene.
         let is_odd = row.first().is_some_and(|own| off(own).is_some())
             && steps(start.checked_sub(1).and_then(|before| returns.get(before)), row.first())
             && steps(row.last(), returns.get(end));
@@ -38,7 +39,7 @@ fn most_have(ratios: impl Iterator<Item = f64>) -> f64 {
     ratios.get((USUAL_SHARE * ratios.len() as f64) as usize).copied().unwrap_or(1.0)
 }
 
-/// How many times as many the larger of two numbers is.
+/// The ratio of the larger number to the smaller.
 pub(super) fn ratio(one: u32, other: u32) -> f64 {
     f64::from(one.max(other)) / f64::from(one.min(other).max(1))
 }

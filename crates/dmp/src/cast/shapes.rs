@@ -1,4 +1,4 @@
-//! What is kept of each scan, to find those that are unlike the others.
+//! The summary of each scan from which odd scans are detected.
 
 use dmp_sensor::{DropReason, Ray, ReturnCounts, Scan};
 use serde::{Deserialize, Serialize};
@@ -6,23 +6,23 @@ use serde::{Deserialize, Serialize};
 /// Shares of ranges are counted in half octaves from 0.25 m.
 const BINS: usize = 24;
 const FIRST_EXPONENT: i32 = -2;
-/// Half octaves from 1 m on in which a scan's farthest returns are looked for.
+/// Number of half octaves from 1 m on for a scan's farthest returns.
 const FAR_BINS: usize = 34;
-/// Farthest returns that are left aside, and one of so many: sunlight makes some.
+/// The number of farthest returns ignored, and the fraction 1/n: sunlight causes some.
 const STRAY: u64 = 16;
 const ONE_STRAY_OF: u64 = 256;
 
-/// What is kept of a scan to compare it with others: counts, and how its ranges are spread.
+/// The summary of a scan for comparison with others: counts and the distribution of ranges.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct ScanShape {
-    /// Points where something came back.
+    /// Points with an echo.
     pub(super) returns: u32,
-    /// Returns that are posed and have a plausible range.
+    /// Posed returns with a plausible range.
     pub(super) used: u32,
     pub(super) implausible: u32,
-    /// The half octave from 1 m in which its ranges end but for a few, whether they are used or not.
+    /// The half octave from 1 m in which its ranges end, except for a few; unused returns count.
     pub(super) end: u8,
-    /// Shares of the used returns, of 255.
+    /// Shares of the used returns, in 1/255.
     shares: [u8; BINS],
 }
 
@@ -34,13 +34,13 @@ pub(super) struct ShapeCounts {
 }
 
 impl ShapeCounts {
-    /// Looks at all returns of a scan, far as they may be.
+    /// Counts all returns of a scan, at any range.
     pub(super) fn look_at(&mut self, scan: &Scan) {
         let mut bins = [0_u64; FAR_BINS];
         for point in &scan.points_in_sensor_m {
             let [x, y, z] = point.map(f64::from);
             let square = x * x + y * y + z * z;
-            // The exponent of the square: half octaves without a root. What is beyond the last is no range of a sensor.
+            // The exponent of the square: half octaves without a root. No sensor has ranges beyond the last.
             let half_octave = (square.to_bits() >> 52) as i64 - 1023;
             if let Some(count) = usize::try_from(half_octave).ok().and_then(|bin| bins.get_mut(bin)) {
                 *count += 1;
@@ -65,7 +65,7 @@ impl ShapeCounts {
         }
     }
 
-    /// What was counted since the last time.
+    /// The counts since the last call.
     pub(super) fn take(&mut self, counts: &ReturnCounts) -> ScanShape {
         let Self { bins, end } = std::mem::take(self);
         let used: u32 = bins.iter().sum();
@@ -79,7 +79,7 @@ impl ShapeCounts {
 }
 
 impl ScanShape {
-    /// Share of the returns that are at another range: total variation, 0 to 1.
+    /// Share of the returns at other ranges: total variation, 0 to 1.
     pub(super) fn apart(&self, other: &Self) -> f64 {
         let differences = self.shares.iter().zip(&other.shares).map(|(a, b)| u32::from(a.abs_diff(*b)));
         f64::from(differences.sum::<u32>()) / 510.0
@@ -96,7 +96,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn half_octaves_are_told_apart() {
+    fn half_octaves_are_distinguished() {
         let shape_of = |range_m: f64| {
             let ray = Ray { origin_in_world: [0.0; 3], direction_in_world: [1.0, 0.0, 0.0], range_m };
             let mut counts = ShapeCounts::default();
@@ -123,7 +123,7 @@ mod tests {
             half_octave_m(counts.take(&ReturnCounts::default()).end)
         };
         assert_eq!([end(0, 0.0), end(17, 64.5), end(16, 64.5)].map(f64::round), [3.0, 64.0, 3.0]);
-        // What no sensor has is counted elsewhere.
+        // Implausible ranges are counted separately.
         assert_eq!(
             [end(100, 1e9), end(100, f32::NAN), end(100, f32::MAX), end(1000, 1e-9)].map(f64::round),
             [3.0, 3.0, 3.0, 1.0]

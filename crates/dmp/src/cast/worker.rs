@@ -1,4 +1,4 @@
-//! What a thread does with a scan: casts its rays and adds up what they leave.
+//! Work of a thread on a scan: casts its rays and sums the residuals.
 
 use std::collections::HashMap;
 
@@ -28,40 +28,40 @@ pub(super) struct CastWorker<'e> {
     evaluation: &'e Evaluation<'e, RunCaster>,
     poser: Poser<'e>,
     runs: Vec<CastRun<'e>>,
-    /// Of a depth camera.
+    /// For a depth camera.
     depth_noise: Option<DepthNoise>,
     queries: Vec<Query>,
     buffers: CastBuffers,
-    /// Of the returns at hand, for every run.
+    /// For the current returns, for every run.
     residuals: Vec<Vec<Residuals>>,
     frame: FrameSums,
     pub(super) reducer: Reducer,
     pub(super) tiles: TileSums,
     pub(super) counts: ReturnCounts,
-    /// Of the scans seen, where no checksum guards them: their places in the plan, and their shapes.
+    /// For the scans seen without a checksum: their places in the plan, and their shapes.
     pub(super) shapes: Vec<(u64, ScanShape)>,
     shape: ShapeCounts,
-    /// Of the scans seen: their places in the plan, and what tells those with the same returns.
+    /// For the scans seen: their places in the plan, and the hash of their returns.
     pub(super) marks: Vec<(u64, u64)>,
 }
 
-/// One run, with what its rays left.
+/// One run, with the results of its rays.
 struct CastRun<'e> {
     run: &'e RunState<'e, RunCaster>,
-    /// Whether its surfels know the segments they were seen in.
+    /// Whether its surfels have the segments that observed them.
     is_cross_validated: bool,
-    /// By which scores it is judged, alone or in a pair: whether by `R_cv`, whether by `R_near`.
+    /// Which scores to compute: `[R_cv, R_near]`.
     bases: [bool; 2],
     /// The tiles of its own frame.
     own_tiles: OwnTiles,
-    /// Of the returns at hand.
+    /// For the current returns.
     answers: Vec<Answer>,
-    /// Of the frame's returns.
+    /// For the frame's returns.
     frame_tiles: TileTable<NarrowSums>,
 }
 
 impl<'e> CastWorker<'e> {
-    /// A worker of the pass that has seen nothing.
+    /// A new worker of the pass.
     pub(super) fn new(evaluation: &'e Evaluation<'e, RunCaster>, layout: &Layout) -> Self {
         let Evaluation { log, settings, plan, runs, .. } = evaluation;
         Self {
@@ -153,7 +153,7 @@ impl<'e> CastRun<'e> {
         }
     }
 
-    /// Casts rays that were measured in a segment; `reposed`: the same returns as the run before.
+    /// Casts rays that were measured in a segment; `reposed`: the same returns as for the previous run.
     fn cast(
         &mut self,
         rays: &[Ray],
@@ -174,7 +174,7 @@ impl<'e> CastRun<'e> {
         cast.map_err(EvaluateError::map_of(self.run.name()))
     }
 
-    /// What the rays leave.
+    /// Computes the residuals.
     fn leave_residuals(
         &self,
         block: &Block<'_>,
@@ -205,7 +205,7 @@ impl<'e> CastRun<'e> {
         of_tile.add(squares);
     }
 
-    /// The returns at hand as they are handed over.
+    /// The current returns, as passed to a sink.
     fn scored<'s>(
         &'s self,
         frame: &PlannedFrame,
@@ -218,7 +218,7 @@ impl<'e> CastRun<'e> {
     }
 }
 
-/// Where a place of the world lies among the tiles of a run's own frame, by which its sums are told.
+/// Maps a place in the world to a tile of the run's own frame, by which its sums are keyed.
 struct OwnTiles {
     rows: [[f64; 3]; 2],
     origin: [f64; 2],
@@ -243,8 +243,8 @@ impl OwnTiles {
     }
 }
 
-/// Zhang & Chen 2021, eq. 7: z − z', for each of the three z'; and the pieces of surface on which those predictions lie that
-/// the run is judged by.
+/// Zhang & Chen 2021, eq. 7: z − z', for each of the three z'; and the surface pieces of those predictions by
+/// which the run is judged.
 #[inline]
 fn residuals_of(ray: &Ray, answer: &Answer, bases: [bool; 2], scales: Scales) -> Residuals {
     let range_m = ray.range_m;
@@ -267,7 +267,7 @@ fn residuals_of(ray: &Ray, answer: &Answer, bases: [bool; 2], scales: Scales) ->
     }
 }
 
-/// What z − z' is where z is a depth: both lie on one ray.
+/// z − z' where z is a depth: both lie on one ray.
 fn depth_residual(
     first_m: f64,
     range_m: f64,

@@ -1,4 +1,4 @@
-//! What was measured between visits as edges of a pose graph.
+//! Exports measured relative poses of visits as edges of a pose graph.
 
 use dmp_sensor::{Isometry3, Matrix3, Matrix6, PoseEdge};
 
@@ -6,10 +6,11 @@ use super::report::{DriftReport, VisitPairOfRun};
 use crate::seven::transform_of;
 
 impl DriftReport {
-    /// The relative poses that were measured for a run, given by its number in [`Self::runs`], as edges between scans, which are
-    /// called by their numbers in the log: from the first visit's to the second's, of the body that carries the sensor.
+    /// The relative poses measured for a run, given by its number in [`Self::runs`], as edges between scans,
+    /// identified by their numbers in the log. They lead from the first visit to the second and are poses of
+    /// the body that carries the sensor.
     ///
-    /// A direction that no surface holds has a standard deviation of 50 m, in a room 5 m.
+    /// A direction that no surface constrains has a standard deviation of 50 m, in a room 5 m.
     pub fn constraints(&self, run: usize, body_from_sensor: &Isometry3<f64>) -> Vec<PoseEdge> {
         let edge = |visit: &super::VisitPairReport| {
             let (from_from_to, information) = visit.runs.get(run)?.constraint(body_from_sensor)?;
@@ -25,7 +26,8 @@ impl DriftReport {
 }
 
 impl VisitPairOfRun {
-    /// The pose of the body on the second visit as seen from that on the first, with its information as g2o has it.
+    /// The pose of the body on the second visit relative to that on the first, with the information matrix in
+    /// g2o's convention.
     fn constraint(&self, body_from_sensor: &Isometry3<f64>) -> Option<(Isometry3<f64>, Matrix6<f64>)> {
         let of_sensor = transform_of(&self.first_from_second?);
         let measured = body_from_sensor * of_sensor * body_from_sensor.inverse();
@@ -37,7 +39,7 @@ impl VisitPairOfRun {
     }
 }
 
-/// The matrix whose upper triangle this is, row by row.
+/// The symmetric matrix with this upper triangle, row by row.
 fn whole(upper: &[f64; 21]) -> Matrix6<f64> {
     Matrix6::from_fn(|row, column| {
         let (row, column) = (row.min(column), row.max(column));
@@ -53,21 +55,21 @@ pub(super) fn upper_triangle(matrix: &Matrix6<f64>) -> [f64; 21] {
     upper
 }
 
-/// The covariance of a motion, rotation vector and translation, told in another frame.
+/// The covariance of a motion, rotation vector and translation, in another frame.
 pub(super) fn covariance_in(other_from_frame: &Isometry3<f64>, covariance: &Matrix6<f64>) -> Matrix6<f64> {
     let by_motion = motion_in(other_from_frame);
     by_motion * covariance * by_motion.transpose()
 }
 
-/// What makes of a motion in a frame the same motion in another one.
+/// The adjoint: maps a motion in a frame to the same motion in another one.
 fn motion_in(other_from_frame: &Isometry3<f64>) -> Matrix6<f64> {
     let rotation = *other_from_frame.rotation.to_rotation_matrix().matrix();
     let lever = other_from_frame.translation.vector.cross_matrix();
     of_blocks(&[[rotation, Matrix3::zeros()], [lever * rotation, rotation]])
 }
 
-/// By a small motion put before the true pose, what that is off from the measured one as g2o has it: place, then the vector part of
-/// the quaternion, in the frame that was measured.
+/// The derivative of g2o's error (translation, then the vector part of the quaternion, in the measured frame)
+/// with respect to a small motion applied before the true pose.
 fn error_by_motion(measured: &Isometry3<f64>) -> Matrix6<f64> {
     let back = measured.rotation.inverse().to_rotation_matrix().matrix().to_owned();
     let lever = measured.translation.vector.cross_matrix();
@@ -91,7 +93,7 @@ mod tests {
         )
     }
 
-    /// The derivatives against small motions of the sensor's relative pose.
+    /// The derivatives with respect to small motions of the sensor's relative pose.
     #[test]
     fn the_error_of_an_edge_follows_the_motion_of_the_sensor() {
         let body_from_sensor = pose([0.4, -0.2, 1.3], [0.1, -0.3, 2.0]);

@@ -1,27 +1,27 @@
-//! How far from the first visit a run put the second, against where its surfaces are.
+//! The displacement between the second visit of a run and its own surfaces.
 
 use dmp_align::Alignment;
 use dmp_sensor::{Isometry3, Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
-/// What is known no better than this of a direction is not known, metres of a drive.
+/// A direction with a larger uncertainty counts as unknown, metres of a drive.
 const KNOWN_M: f64 = 0.1;
 
-/// Where a run put the second of two visits, less where the surfaces say that it is, seen from the first.
+/// The second visit's position in the run, minus its position by the surfaces, relative to the first visit.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Displacement {
-    /// Along the way of the first visit, metres; null where no surface tells.
+    /// Along the path of the first visit, metres; null where no surface constrains it.
     pub along_m: Option<f64>,
-    /// To the left of it.
+    /// To the left of the path.
     pub sideways_m: Option<f64>,
     /// Upwards.
     pub up_m: Option<f64>,
-    /// How well these three are known: a standard deviation each, metres.
+    /// Standard deviation of each of these three, metres.
     pub sigma_m: [f64; 3],
-    /// Length of the three together, metres; null where one is not known.
+    /// Length of the three together, metres; null if one is unknown.
     pub distance_m: Option<f64>,
-    /// Rotation about the way, about the left and about up, degrees.
+    /// Rotation about the path, about the left axis and about up, degrees.
     pub roll_deg: f64,
     /// See [`Self::roll_deg`].
     pub pitch_deg: f64,
@@ -29,22 +29,23 @@ pub struct Displacement {
     pub yaw_deg: f64,
     /// Angle of the whole rotation, degrees.
     pub angle_deg: f64,
-    /// What the three have in the run's own world, metres: 0 in a direction that is not known.
+    /// The displacement in the run's own world, metres: 0 in an unknown direction.
     pub in_world_m: [f64; 3],
-    /// Part of each of [`Self::sigma_m`] that is allowed for what is bent within a visit, metres.
+    /// The part of each of [`Self::sigma_m`] that allows for distortion within a visit, metres.
     pub allowance_m: f64,
-    /// Smaller share of the surfaces of either visit that the other one sees.
+    /// The share of a visit's surfaces that the other visit sees, the smaller of both.
     pub overlap: f64,
-    /// Share of the surfaces that hold the direction that is held least; a third where all are held alike.
+    /// Share of the surfaces that constrain the weakest direction; a third if all are constrained equally.
     pub held: f64,
 }
 
-/// The directions that a displacement is told in, in the frame of the first place: along, left, up.
+/// The directions that a displacement is reported in, in the frame of the first place: along, left, up.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Axes(Matrix3<f64>);
 
 impl Axes {
-    /// Of a way and of what is up, in the frame of the place; where nothing moves, along is the sensor's own x axis.
+    /// From a heading and the up direction, in the frame of the place; without motion, along is the sensor's
+    /// own x axis.
     pub(super) fn new(heading: Vector3<f64>, up: Vector3<f64>, x: Vector3<f64>, metre_m: f64) -> Self {
         let level = |v: Vector3<f64>| v - up * v.dot(&up);
         let along = [heading, x, up.cross(&Vector3::x()), up.cross(&Vector3::y())]
@@ -58,7 +59,8 @@ impl Axes {
 }
 
 impl Displacement {
-    /// Of what a run claims and what was measured, both in the frame of the first place; `world_from_place` is the run's own.
+    /// From the run's relative pose and the measured one, both in the frame of the first place;
+    /// `world_from_place` is the run's own.
     pub(super) fn new(
         claimed: &Isometry3<f64>,
         measured: &Alignment,
@@ -68,7 +70,7 @@ impl Displacement {
     ) -> Self {
         let motion = &measured.target_from_source;
         let off = axes.0 * (claimed.translation.vector - motion.translation.vector);
-        // A rotation put before the motion moves what it has moved.
+        // A rotation applied before the motion also moves its translation.
         let place = motion.translation.vector;
         let by_turn = -place.cross_matrix();
         let part =
@@ -100,8 +102,8 @@ impl Displacement {
         }
     }
 
-    /// Variance of the square of the distance, m⁴, by how well the three parts are known, each by itself normally: of one of the
-    /// deviation σ, `4 o² σ² + 2 σ⁴`. `None` where one is not known.
+    /// Variance of the squared distance, m⁴, for three independent normal parts: for a part o with deviation
+    /// σ, `4 o² σ² + 2 σ⁴`. `None` if one is unknown.
     pub(super) fn variance_of_square_m4(&self) -> Option<f64> {
         let of = |off_m: Option<f64>, sigma_m: f64| {
             let (off_m2, sigma_m2) = (off_m? * off_m?, sigma_m * sigma_m);
@@ -111,7 +113,7 @@ impl Displacement {
         Some(of(self.along_m, along)? + of(self.sideways_m, sideways)? + of(self.up_m, up)?)
     }
 
-    /// What noise of the measurement adds to the square of each of the three parts, m²: what surfaces scatter.
+    /// The expected increase of each part's square by measurement noise, m²: the scatter of the surfaces.
     pub(super) fn noise_m2(&self) -> [f64; 3] {
         self.sigma_m.map(|sigma_m| sigma_m * sigma_m - self.allowance_m * self.allowance_m)
     }
@@ -149,11 +151,11 @@ mod tests {
         }
     }
 
-    /// A second visit 10 m ahead, told as 0.3 m too far ahead, 0.1 m too far left and 0.2 m too low, and 1° turned to the left.
+    /// A second visit 10 m ahead, reported as 0.3 m too far ahead, 0.1 m too far left and 0.2 m too low, and 1° turned to the left.
     #[test]
-    fn what_a_run_is_off_by_is_told_along_its_way() {
+    fn a_displacement_is_reported_along_the_path() {
         let turned = |deg: f64| UnitQuaternion::from_axis_angle(&Vector3::z_axis(), deg.to_radians());
-        // The way leads to the north, the frame of the place is turned by 30°.
+        // The path leads north, the frame of the place is turned by 30°.
         let place_from_way = turned(30.0);
         let at = |v: [f64; 3], deg: f64| {
             Isometry3::from_parts((place_from_way * Vector3::from(v)).into(), turned(deg))
@@ -167,14 +169,14 @@ mod tests {
         assert!(near(off.along_m, 0.3) && near(off.sideways_m, 0.1) && near(off.up_m, -0.2), "{off:?}");
         assert!(near(Some(off.yaw_deg), 1.0) && near(Some(off.roll_deg), 0.0), "{off:?}");
         assert!(near(Some(off.in_world_m[1]), 0.3) && near(Some(off.in_world_m[0]), -0.1), "{off:?}");
-        // Sideways and up by the turns, 10 m away by 1 mrad, too.
+        // Sideways and up also vary by the rotations, 10 m away by 1 mrad.
         let sigma_m = [1e-4_f64, 1e-4 + 1e-4, 4e-4 + 1e-4].map(f64::sqrt);
         assert!((0..3).all(|k| (off.sigma_m[k] - sigma_m[k]).abs() < 1e-9), "{off:?}");
         assert!(near(off.distance_m, 0.14_f64.sqrt()) && near(Some(off.noise_m2().iter().sum()), 5e-4));
     }
 
     #[test]
-    fn what_no_surface_tells_is_not_told() {
+    fn an_unconstrained_direction_is_not_reported() {
         let covariance = diagonal([0.0, 0.0, 0.0, 2500.0, 1e-4, 1e-4]);
         let found = measured(Isometry3::identity(), &covariance);
         let claimed = Isometry3::translation(3.0, 0.2, 0.0);

@@ -1,24 +1,24 @@
-//! On how many pairs of visits drift is measured, and how far apart these may be.
+//! The number of visit pairs for drift, and the largest distance between visits.
 
 use serde::{Deserialize, Serialize};
 
-/// On how many of the pairs of visits drift is measured beside a score.
+/// The number of visit pairs on which drift is measured beside a score.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum DriftPairs {
-    /// On none: there is no drift in the report.
+    /// None: the report has no drift.
     None,
-    /// On one for each two segments at most, so that no more than half of the log is read for it; on none where a sample is
+    /// At most one pair per two segments, so that at most half of the log is read; none if a sample is
     /// scored.
     #[default]
     Few,
-    /// On so many at most.
+    /// At most this many.
     AtMost(usize),
-    /// On all that there are.
+    /// All pairs.
     All,
 }
 
 impl DriftPairs {
-    /// So many at most, on a way of so many segments.
+    /// The limit for a path of this many segments.
     pub(crate) fn most(self, segments: usize, is_sampled: bool) -> usize {
         match self {
             Self::Few if !is_sampled => segments.div_ceil(2),
@@ -29,19 +29,19 @@ impl DriftPairs {
     }
 }
 
-/// How far a run may be off for its visits to be found and brought onto each other.
+/// The largest drift for which visits are found and registered.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum DriftReach {
-    /// By some 10 m: visits lie within 15 m of each other, starts up to 6 m to all sides.
+    /// Some 10 m: visits lie within 15 m of each other; registration starts up to 6 m to all sides.
     #[default]
     Near,
-    /// By some 25 m, as of a run that lost its way: visits within 40 m, starts up to 21 m to all sides. Several times slower, and
-    /// in a street that repeats itself more leads to the wrong house.
+    /// Some 25 m, for a run that lost track: visits within 40 m, starts up to 21 m to all sides. It is
+    /// several times slower, and in a repetitive street more pairs register to the wrong house.
     Far,
 }
 
 impl DriftReach {
-    /// How far visits of a pair may lie apart, metres of a drive.
+    /// Largest distance between the visits of a pair, metres of a drive.
     pub(crate) fn near_m(self) -> f64 {
         match self {
             Self::Near => 15.0,
@@ -49,7 +49,7 @@ impl DriftReach {
         }
     }
 
-    /// Starts to either side of what a run claims, along both axes.
+    /// Starts to either side of the run's claim, along both axes.
     pub(crate) fn steps(self) -> i32 {
         match self {
             Self::Near => 2,

@@ -1,7 +1,7 @@
-//! How far a run is off where it comes back, in metres, by what it saw itself.
+//! Measures a run's drift at revisits in metres, from its own scans.
 //!
-//! Where two visits see the same surfaces, the motion that brings those of one onto those of the other is what the run is off by
-//! between them. Pairs of visits are the same for all runs; so are the scans that they are measured by.
+//! Where two visits see the same surfaces, the motion that aligns them is the drift between the visits. All
+//! runs use the same pairs of visits and the same scans.
 
 mod constraint;
 mod displacement;
@@ -41,13 +41,14 @@ use summary::PairFacts;
 pub(crate) use visits::VisitPair;
 use visits::{Places, Visit};
 
-/// Memory for the surfaces of a visit in one run, bytes, about.
+/// Approximate memory for the surfaces of a visit in one run, bytes.
 const PYRAMID_BYTES: usize = 600 << 10;
 
-/// Measures how far `runs` are off where they come back, on as many pairs of visits as [`Config::drift`] says, evenly spread.
+/// Measures the drift of `runs` at revisits, on as many pairs of visits as [`Config::drift`] allows, evenly
+/// spread.
 ///
-/// Of the log the scans of these visits are read. The report is the same to the bit for every number of threads and memory
-/// budget. A log without a revisit has an empty one.
+/// Reads only the scans of these visits. The report is bit-identical for every number of threads and memory
+/// budget. A log without a revisit has an empty report.
 ///
 /// # Errors
 /// As [`evaluate`](crate::evaluate) where log and runs do not belong together, and when a scan cannot be read.
@@ -59,7 +60,7 @@ pub fn measure_drift<'a>(
 ) -> Result<DriftReport, EvaluateError> {
     let config = Config { checkpoint_every: None, resume: false, ..config.clone() };
     let task = Task::open(log, runs, &config, watch.into())?;
-    // There is no map whose voxels would have to be chosen.
+    // There is no map whose voxels need choosing.
     let voxel_m = task.settings.voxel_m.unwrap_or(task.settings.scales.lengths().voxels_m[0]);
     let stores = runs.iter().map(|_| None).collect();
     let runs = own_frame::place(Heads::Log(log), runs, stores, &task.settings)?;
@@ -68,37 +69,38 @@ pub fn measure_drift<'a>(
 }
 
 impl<M: Sync> Evaluation<'_, M> {
-    /// On how many pairs of visits drift is to be measured at most.
+    /// Limit of visit pairs on which drift is measured.
     pub(crate) fn drift_pairs(&self) -> usize {
         self.settings.drift.most(self.plan.segments.starts.len(), self.plan.looks.is_sampled())
     }
 
-    /// Measures how far the runs are off on pairs of visits, so many at most.
+    /// Measures the drift of the runs on at most this many pairs of visits.
     pub(crate) fn drift(&self, most_pairs: usize) -> Result<DriftReport, EvaluateError> {
         let revisits = Revisits::new(self, most_pairs);
         let reports = revisits.measure(&revisits.pairs)?;
         Ok(revisits.summed_up(reports))
     }
 
-    /// As many pairs as a part of the memory has room for.
+    /// As many pairs as fit a part of the memory.
     fn pairs_at_a_time(&self) -> usize {
         (self.means.memory_bytes / 4 / (2 * self.runs.len() * PYRAMID_BYTES)).max(1)
     }
 }
 
-/// The visits of a drive, where each run has them, and the pairs of them that are measured.
+/// The visits of a drive, their poses in each run, and the pairs that are measured.
 pub(crate) struct Revisits<'e, M> {
     evaluation: &'e Evaluation<'e, M>,
     visits: Vec<Visit>,
     places: Places,
-    /// From the sensor's frame to that of a place: tilted, so that level ground and walls along the way cross their voxels.
+    /// From the sensor's frame to that of a place: tilted, so that level ground and walls along the path
+    /// cross their voxels.
     tilt: UnitQuaternion<f64>,
     pairs_found: usize,
     pairs: Vec<VisitPair>,
 }
 
 impl<'e, M: Sync> Revisits<'e, M> {
-    /// Finds the pairs, of which so many at most are measured.
+    /// Finds the pairs and selects at most this many.
     pub(crate) fn new(evaluation: &'e Evaluation<'_, M>, most_pairs: usize) -> Self {
         let Evaluation { plan, settings, log, .. } = evaluation;
         let is_camera = log.summary().camera.is_some();
@@ -146,7 +148,7 @@ impl<'e, M: Sync> Revisits<'e, M> {
         Ok(reports)
     }
 
-    /// What all pairs come to, given what each was measured to be.
+    /// The report, given the measurement of each pair.
     pub(crate) fn summed_up(&self, visits: Vec<VisitPairReport>) -> DriftReport {
         let Evaluation { settings, plan, runs, .. } = self.evaluation;
         let blocks =
@@ -212,7 +214,7 @@ impl<'e, M: Sync> Revisits<'e, M> {
         let of_runs = found.into_iter().zip(&seen).enumerate().map(|(run, (found, seen))| {
             let own_from_place =
                 self.world_from_place(run, pair.first).map(|place| runs[run].own_from_world * place);
-            let mut told = VisitPairOfRun {
+            let mut of_run = VisitPairOfRun {
                 at_m: own_from_place.map(|place| place.translation.vector.into()),
                 off: None,
                 why_not: None,
@@ -221,28 +223,28 @@ impl<'e, M: Sync> Revisits<'e, M> {
             };
             match (found, seen, own_from_place) {
                 (Ok(measured), Some(seen), Some(own_from_place)) => {
-                    told.off = self.axes(run, pair.first).map(|axes| {
+                    of_run.off = self.axes(run, pair.first).map(|axes| {
                         Displacement::new(&seen.claimed, &measured, &axes, &own_from_place, metre_m)
                     });
-                    // Without the tilt: of the sensor.
+                    // The sensor's pose, without the tilt.
                     let sensor_from_place =
                         Isometry3::from_parts(Translation3::identity(), self.tilt.inverse());
                     let motion =
                         sensor_from_place * measured.target_from_source * sensor_from_place.inverse();
-                    told.first_from_second = Some(seven(&motion));
+                    of_run.first_from_second = Some(seven(&motion));
                     let covariance = covariance_in(&sensor_from_place, &measured.covariance);
-                    told.covariance = Some(upper_triangle(&covariance));
+                    of_run.covariance = Some(upper_triangle(&covariance));
                 }
-                (Err(why), ..) => told.why_not = Some(why.to_string()),
+                (Err(why), ..) => of_run.why_not = Some(why.to_string()),
                 _ => {}
             }
-            told
+            of_run
         });
         let way_m =
             plan.along_m[self.visits[pair.second].middle] - plan.along_m[self.visits[pair.first].middle];
         VisitPairReport {
-            first: self.told(pair.first),
-            second: self.told(pair.second),
+            first: self.visit_report(pair.first),
+            second: self.visit_report(pair.second),
             apart_m: pair.apart_m,
             way_m,
             runs: of_runs.collect(),
@@ -258,7 +260,7 @@ impl<'e, M: Sync> Revisits<'e, M> {
         Some(Axes::new(heading, up, self.tilt * Vector3::x(), metre_m))
     }
 
-    fn told(&self, visit: usize) -> VisitReport {
+    fn visit_report(&self, visit: usize) -> VisitReport {
         let (frames, visit) = (self.evaluation.plan.frames(), &self.visits[visit]);
         let middle = &frames[visit.middle];
         let scans = visit.scans.iter().map(|&ordinal| frames[ordinal].number).collect();

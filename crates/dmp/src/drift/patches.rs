@@ -1,4 +1,4 @@
-//! What each run makes of the scans of some visits.
+//! Builds each run's surfaces of the visits from their scans.
 
 use std::collections::{BTreeMap, HashMap};
 use std::sync::{Mutex, PoisonError};
@@ -17,26 +17,27 @@ use crate::settings::Settings;
 
 /// Edge of the voxels of a patch, metres of a drive.
 const VOXEL_M: f64 = 0.5;
-/// How far from the visit its surfaces are looked at, metres of a drive: what is further off is seen sparsely.
+/// Radius of a visit's surfaces, metres of a drive: farther ones are sampled sparsely.
 const REACH_M: f64 = 40.0;
 
-/// The surfaces of visits as each run has them, by the number of the visit: each in the frame of its place, a run after the
-/// other. A run without a pose there has none.
+/// The surfaces of visits in each run, by the number of the visit: each in the frame of its place, in the
+/// order of the runs. `None` for a run without a pose there.
 pub(super) type Pyramids = BTreeMap<usize, Vec<Option<Pyramid>>>;
 
 /// Visits by number, each with `place_from_world` of every run.
 pub(super) type Visits<'v> = BTreeMap<usize, (&'v Visit, Vec<Option<Isometry3<f64>>>)>;
 
-/// Some scans of a visit, as every run has them.
+/// Some scans of a visit, in every run.
 struct Part {
-    /// Of the visit.
+    /// Number of the visit.
     number: usize,
     scans: usize,
-    /// Of each run; empty where it has no pose there.
+    /// For each run; empty if it has no pose there.
     patches: Vec<PatchBuilder>,
 }
 
-/// Reads the scans of some visits, given by number with `place_from_world` of each run, and gives the surfaces of each.
+/// Reads the scans of some visits, given by number with `place_from_world` of each run, and builds the
+/// surfaces of each.
 pub(super) fn pyramids<M: Sync>(
     evaluation: &Evaluation<'_, M>,
     visits: &Visits<'_>,
@@ -77,7 +78,7 @@ pub(super) fn pyramids<M: Sync>(
     Ok(shared.done.into_inner().unwrap_or_else(PoisonError::into_inner))
 }
 
-/// Jobs one after the other that are of one visit alone, as one: so that a thread has all of it.
+/// Merges consecutive jobs of the same visit, so that one thread has all of it.
 fn of_visits(jobs: Vec<Vec<usize>>, of_scan: &HashMap<usize, usize>) -> Vec<Vec<usize>> {
     let visit_of = |job: &[usize]| {
         let first = of_scan.get(job.first()?)?;
@@ -100,29 +101,29 @@ pub(super) fn voxel_m(settings: &Settings) -> f64 {
     VOXEL_M * settings.metre_m()
 }
 
-/// What threads share.
+/// State shared by the threads.
 struct Shared<'v> {
-    /// By the ordinal of a scan the number of its visit.
+    /// From a scan's ordinal to the number of its visit.
     of_scan: HashMap<usize, usize>,
-    /// What share of the returns is looked at on each visit.
+    /// The share of the returns used on each visit.
     shares: HashMap<usize, f64>,
     visits: &'v Visits<'v>,
     reach_m: f64,
     lattice: Lattice,
-    /// Visits that several threads have scans of.
+    /// Visits with scans on several threads.
     open: Mutex<HashMap<usize, Part>>,
     done: Mutex<Pyramids>,
-    /// Patches of visits that are done, of each run one: their memory is used again.
+    /// Patches of finished visits, one per run: their memory is reused.
     used: Mutex<Vec<Vec<PatchBuilder>>>,
 }
 
-/// What a thread does with a scan: adds its returns to the patch of its visit, as every run has them.
+/// Work of a thread on a scan: adds its returns to the patch of its visit, in every run.
 struct PatchWorker<'a> {
     poser: Poser<'a>,
     shared: &'a Shared<'a>,
     names: Vec<&'a str>,
     points: Vec<Vec<[f64; 3]>>,
-    /// The visit that the last scan was of.
+    /// The visit of the last scan.
     visit: Option<Part>,
 }
 
@@ -168,7 +169,7 @@ impl Shared<'_> {
         Part { number, scans: 0, patches: used.unwrap_or_else(new) }
     }
 
-    /// Takes some scans of a visit, and where these are the last, makes its surfaces.
+    /// Adds some scans of a visit; the last ones complete its surfaces.
     fn put(&self, mut part: Part) {
         let scans = self.visits[&part.number].0.scans.len();
         if part.scans < scans {
@@ -197,7 +198,8 @@ impl Part {
     }
 }
 
-/// Whether a return of this index is one of a share of all: evenly, by the golden ratio, so that no order of beams matters.
+/// Whether the return of this index belongs to the share: spread evenly by the golden ratio, so the order of
+/// beams has no influence.
 fn is_drawn(index: usize, share: f64) -> bool {
     let part = (index as u32).wrapping_mul(2_654_435_769);
     f64::from(part) < share * 4_294_967_296.0

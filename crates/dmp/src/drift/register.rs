@@ -1,39 +1,39 @@
-//! Two visits brought onto each other, as every run has them.
+//! Registers two visits to each other, in every run.
 
 use dmp_align::{Alignment, Pyramid, Refusal, align};
 use dmp_sensor::{Isometry3, Translation3};
 use thiserror::Error;
 
-/// Steps of the starts around what a run claims, metres of a drive: a run may be further off than a registration reaches, and a
-/// street that repeats itself shows only where a start leads to the next house that is alike.
+/// Step between starts around a run's claim, metres of a drive. A run may be off by more than a registration
+/// converges from, and a repetitive street shows only if a start leads to the next similar house.
 const STEP_M: f64 = 3.0;
-/// What two runs measure of the same surfaces lies no further apart than this, metres of a drive and radians.
+/// Largest distance between two runs' measurements of the same surfaces, metres of a drive and radians.
 const SAME_M: f64 = 0.5;
 const SAME_RAD: f64 = 0.02;
-/// Starts that are as near as this are one.
+/// Starts nearer than this count as one.
 const SAME_START_M: f64 = 1.0;
 
-/// Why nothing is known of a pair of visits in a run.
+/// Why a pair of visits has no measurement in a run.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub(super) enum NotMeasured {
     /// The run has no pose on one of the visits.
     #[error("no pose there")]
     NoPose,
-    /// The surfaces do not tell.
+    /// The surfaces do not determine it.
     #[error(transparent)]
     Refused(#[from] Refusal),
-    /// Other runs find the visits elsewhere, with more in common.
-    #[error("other runs find these visits {apart_m:.2} m from where this one does, with more in common")]
+    /// Other runs register the visits elsewhere, with more overlap.
+    #[error("other runs register these visits {apart_m:.2} m away, with more overlap")]
     Outvoted {
-        /// How far.
+        /// The distance between both.
         apart_m: f64,
     },
 }
 
-/// What the runs make of a pair of visits.
+/// The runs' measurements of a pair of visits.
 pub(super) type OfRuns = Vec<Result<Alignment, NotMeasured>>;
 
-/// What one run has of two visits.
+/// Two visits in one run.
 pub(super) struct Seen<'a> {
     pub(super) first: &'a Pyramid,
     pub(super) second: &'a Pyramid,
@@ -41,8 +41,9 @@ pub(super) struct Seen<'a> {
     pub(super) claimed: Isometry3<f64>,
 }
 
-/// Brings the second visit of each run onto the first. The frames of the places are those of the sensor, so what is looked for is
-/// nearly the same in all runs: each starts from what all of them claim, from so many `steps` around that to either side, and again from what the others found.
+/// Registers the second visit of each run to the first. The frames of the places are those of the sensor, so
+/// the true motion is nearly the same in all runs. Each run starts from the claims of all runs, from `steps`
+/// around them to either side, and again from the other runs' results.
 pub(super) fn register(seen: &[Option<Seen<'_>>], steps: i32, metre_m: f64) -> OfRuns {
     let claims: Vec<Isometry3<f64>> = seen.iter().flatten().map(|run| run.claimed).collect();
     let mut found: OfRuns = seen
@@ -59,7 +60,7 @@ pub(super) fn register(seen: &[Option<Seen<'_>>], steps: i32, metre_m: f64) -> O
         let Some(run) = run else { continue };
         match found {
             Ok(own) if apart(own, &best, metre_m).is_none() => continue,
-            // From one start alone it would not show that there are more.
+            // A single start would not show ambiguity.
             Err(NotMeasured::Refused(Refusal::Ambiguous { .. })) => continue,
             _ => {}
         }
@@ -76,7 +77,7 @@ pub(super) fn register(seen: &[Option<Seen<'_>>], steps: i32, metre_m: f64) -> O
     found
 }
 
-/// Of what was found that with most in common; the first of those.
+/// The result with most overlap; the first of equal ones.
 fn best_of(found: &OfRuns) -> Option<Alignment> {
     let common = |alignment: &Alignment| alignment.overlap[0].min(alignment.overlap[1]);
     found.iter().flatten().fold(None, |best: Option<Alignment>, one| match best {
@@ -85,13 +86,14 @@ fn best_of(found: &OfRuns) -> Option<Alignment> {
     })
 }
 
-/// How far apart two motions are in the directions that both hold, metres, where that is too far to be the same.
+/// The distance between two motions in the directions that both constrain, metres, if it is too large for
+/// them to be the same.
 fn apart(a: &Alignment, b: &Alignment, metre_m: f64) -> Option<f64> {
     let between = a.target_from_source.translation.vector - b.target_from_source.translation.vector;
     let unheld = a.unheld.iter().chain(&b.unheld);
     let between = unheld.fold(between, |between, along| between - along * along.dot(&between));
     let cos_of_half = a.target_from_source.rotation.coords.dot(&b.target_from_source.rotation.coords);
-    // Of small angles: sin² of the half.
+    // For small angles: sin² of half the angle.
     let turned = 1.0 - cos_of_half * cos_of_half > SAME_RAD * SAME_RAD / 4.0;
     (between.norm() > SAME_M * metre_m || turned).then_some(between.norm())
 }
@@ -103,7 +105,7 @@ fn around(claimed: &Isometry3<f64>, steps: i32, metre_m: f64) -> Vec<Isometry3<f
     places.map(|[x, y]| Translation3::new(x, y, 0.0) * claimed).collect()
 }
 
-/// Each start but those that are nearly one before.
+/// The starts without near-duplicates.
 fn distinct<'a>(starts: impl Iterator<Item = &'a Isometry3<f64>>, metre_m: f64) -> Vec<Isometry3<f64>> {
     let mut distinct: Vec<Isometry3<f64>> = Vec::new();
     for start in starts {

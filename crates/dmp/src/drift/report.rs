@@ -1,11 +1,11 @@
-//! What is told of the drift of runs.
+//! The report of the runs' drift.
 
 use serde::{Deserialize, Serialize};
 
 use super::displacement::Displacement;
 
-/// How far runs are off where they come back, by what they saw themselves. Serialised, it is the JSON of `dmp drift`: schema
-/// `dmp-drift/1`, described in `docs/drift.md`.
+/// The drift of runs at revisits, measured from their own scans. Serialised, it is the JSON of `dmp drift`:
+/// schema `dmp-drift/1`, described in `docs/drift.md`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DriftReport {
@@ -15,54 +15,54 @@ pub struct DriftReport {
     pub dmp_version: String,
     /// Edge of the voxels of a visit, metres.
     pub voxel_m: f64,
-    /// The way, metres: the median over the runs.
+    /// Path length, metres: the median over the runs.
     pub travel_m: f64,
-    /// Segments of the way.
+    /// Number of segments of the path.
     pub segments: usize,
-    /// Pairs of visits that there are, and how many of them were looked at.
+    /// Number of pairs of visits found, and number of them that were measured.
     pub pairs_found: usize,
     /// See [`Self::pairs_found`].
     pub pairs_measured: usize,
-    /// How sure all intervals are, each by itself.
+    /// Confidence of each interval.
     pub confidence: f64,
     /// The runs, in the order given.
     pub runs: Vec<RunDrift>,
-    /// Every pair of runs, compared on the pairs of visits that both have an answer for.
+    /// Every pair of runs, compared on the pairs of visits that both have measured.
     pub comparisons: Vec<DriftComparison>,
-    /// The pairs of visits that were looked at, in the order of the drive.
+    /// The measured pairs of visits, in the order of the drive.
     pub visits: Vec<VisitPairReport>,
 }
 
 impl DriftReport {
-    /// What `schema` says.
+    /// The value of `schema`.
     pub const SCHEMA: &str = "dmp-drift/1";
 }
 
-/// How far a run is off where it comes back; lengths in metres, null where nothing is known.
+/// The drift of a run at revisits; lengths in metres, null where unknown.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RunDrift {
     /// Name of the run.
     pub name: String,
-    /// Pairs of visits with an answer in all three directions.
+    /// Pairs of visits measured in all three directions.
     pub pairs: usize,
-    /// Pairs whose answer leaves a direction open.
+    /// Pairs measured in some directions only.
     pub pairs_in_part: usize,
-    /// Pairs without an answer.
+    /// Pairs without a measurement.
     pub pairs_refused: usize,
-    /// Median distance between where the run put a visit and where its surfaces are.
+    /// Median distance between a visit in the run and by its surfaces.
     pub median_m: Measured,
-    /// Root mean square of the distances, less what noise of the measurement adds.
+    /// Root mean square of the distances, minus measurement noise.
     pub rms_m: Measured,
-    /// 95 % of the distances are no longer.
+    /// 95 % quantile of the distances.
     pub p95_m: Measured,
-    /// Root mean squares of the parts, less noise: along the way, to the side of it, upwards.
+    /// Root mean squares of the parts, minus noise: along the path, sideways, upwards.
     pub along_m: Option<f64>,
     /// See [`Self::along_m`].
     pub sideways_m: Option<f64>,
     /// See [`Self::along_m`].
     pub up_m: Option<f64>,
-    /// Root mean squares of the rotations, degrees: about the way, about what is to the left of it, about up, and the whole.
+    /// Root mean squares of the rotations, degrees: about the path, the left axis, up, and in total.
     pub roll_deg: Option<f64>,
     /// See [`Self::roll_deg`].
     pub pitch_deg: Option<f64>,
@@ -70,9 +70,10 @@ pub struct RunDrift {
     pub yaw_deg: Option<f64>,
     /// See [`Self::roll_deg`].
     pub angle_deg: Option<f64>,
-    /// Median of the distances in per cent of the way between the visits.
+    /// Median of the distances, in per cent of the distance travelled between the visits.
     pub of_the_way_percent: Option<f64>,
-    /// Distances by the way between the visits, metres: each bin twice as long as the one before.
+    /// Distances by distance travelled between the visits, metres: each bin is twice as long as the one
+    /// before.
     pub over_way: Vec<DriftBin>,
     /// The same by the time between them, seconds.
     pub over_time: Vec<DriftBin>,
@@ -84,47 +85,47 @@ pub struct RunDrift {
 pub struct Measured {
     /// The number.
     pub value: Option<f64>,
-    /// Its interval over blocks of neighbouring pairs; null where there are too few of them.
+    /// Its interval over blocks of neighbouring pairs; null with too few blocks.
     pub interval: Option<[f64; 2]>,
 }
 
-/// The pairs of visits that have so much between them.
+/// The pairs of visits in an interval of distance travelled or time.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DriftBin {
-    /// From so much on.
+    /// Lower bound, inclusive.
     pub from: f64,
-    /// To less than this.
+    /// Upper bound, exclusive.
     pub to: f64,
-    /// Pairs with an answer.
+    /// Number of measured pairs.
     pub pairs: usize,
-    /// Root mean square of the distances, less noise, metres.
+    /// Root mean square of the distances, minus noise, metres.
     pub rms_m: f64,
     /// Median, metres.
     pub median_m: f64,
 }
 
-/// Two runs compared where they come back.
+/// Two runs compared at revisits.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DriftComparison {
-    /// One run.
+    /// The first run.
     pub a: String,
-    /// The other.
+    /// The second run.
     pub b: String,
-    /// Pairs of visits with an answer in both.
+    /// Pairs of visits measured in both.
     pub pairs: usize,
-    /// Root mean squares over these, less noise, metres.
+    /// Root mean squares over these, minus noise, metres.
     pub rms_a_m: Option<f64>,
     /// See [`Self::rms_a_m`].
     pub rms_b_m: Option<f64>,
-    /// Mean square of a less that of b, m²: negative where a is better.
+    /// Mean square of a minus that of b, m²: negative if a is better.
     pub difference_m2: Measured,
-    /// The one that is better: its interval has one sign alone; null where that is not so.
+    /// The better run, if the interval excludes 0; else null.
     pub better: Option<String>,
 }
 
-/// Two visits to a place, and what every run makes of them.
+/// Two visits to a place, and every run's measurement.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct VisitPairReport {
@@ -132,9 +133,9 @@ pub struct VisitPairReport {
     pub first: VisitReport,
     /// The later one.
     pub second: VisitReport,
-    /// How far they lie apart, metres: the median over the runs.
+    /// Distance between them, metres: the median over the runs.
     pub apart_m: f64,
-    /// The way between them, metres.
+    /// Distance travelled between them, metres.
     pub way_m: f64,
     /// Each run, in the order given.
     pub runs: Vec<VisitPairOfRun>,
@@ -148,23 +149,24 @@ pub struct VisitReport {
     pub scan: usize,
     /// Its stamp, nanoseconds; null where the log has none.
     pub stamp_ns: Option<i64>,
-    /// The scans whose returns were looked at.
+    /// The scans whose returns were used.
     pub scans: Vec<usize>,
 }
 
-/// What a run makes of a pair of visits.
+/// A run's measurement of a pair of visits.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct VisitPairOfRun {
-    /// Where the run has the first visit, in its own world, metres; null where it has no pose there.
+    /// Position of the first visit in the run's own world, metres; null without a pose there.
     pub at_m: Option<[f64; 3]>,
-    /// By how much it is off; null where the surfaces do not tell.
+    /// The displacement; null where the surfaces do not determine it.
     pub off: Option<Displacement>,
-    /// Why they do not.
+    /// Why there is no displacement.
     pub why_not: Option<String>,
-    /// Where the surfaces have the second visit's sensor, seen from that of the first: x, y, z (metres), qx, qy, qz, qw.
+    /// Pose of the second visit's sensor relative to the first's, by the surfaces: x, y, z (metres), qx, qy,
+    /// qz, qw.
     pub first_from_second: Option<[f64; 7]>,
-    /// Of a rotation vector (radians) and a translation (metres) put before that, in the frame of the first visit's sensor: the
-    /// upper triangle of the covariance, row by row.
+    /// Covariance of a rotation vector (radians) and a translation (metres) applied before that, in the frame
+    /// of the first visit's sensor: the upper triangle, row by row.
     pub covariance: Option<[f64; 21]>,
 }

@@ -1,4 +1,4 @@
-//! What the displacements of a run come to.
+//! Summarises the displacements of a run.
 
 use dmp_reduce::Confidence;
 
@@ -6,30 +6,30 @@ use super::displacement::Displacement;
 use super::report::{DriftBin, DriftComparison, Measured, RunDrift, VisitPairReport};
 use crate::sample::mixed;
 
-/// Pairs in a row that count as one: what a run is off by changes slowly along its way. Of few pairs fewer count as one, so that there
-/// are about so many blocks.
+/// Consecutive pairs that form a block: drift changes slowly along the path. With few pairs blocks are
+/// smaller, so that their number is about [`BLOCKS`].
 const BLOCK_PAIRS: usize = 5;
 const BLOCKS: usize = 8;
-/// Pairs follow each other where both of their visits are as near as this, segments.
+/// Pairs are consecutive if both of their visits are at most this far apart, segments.
 const BLOCK_STEP: usize = 2;
 /// With fewer blocks there is no interval.
 const LEAST_BLOCKS: usize = 6;
-/// Times that blocks are drawn.
+/// Number of bootstrap resamples.
 const RESAMPLES: usize = 1000;
-/// The first bins of a curve end here, metres of a drive and seconds.
+/// Upper bounds of the first bins of a curve, metres of a drive and seconds.
 const FIRST_WAY_M: f64 = 125.0;
 const FIRST_TIME_S: f64 = 30.0;
 
-/// What there is of a pair of visits beside its displacements.
+/// The facts of a pair of visits beside its displacements.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct PairFacts {
-    /// Pairs with the same number are taken to be off alike.
+    /// Pairs with the same number are assumed to have correlated drift.
     pub(super) block: usize,
     pub(super) way_m: f64,
     pub(super) time_s: Option<f64>,
 }
 
-/// Gives pairs, told by the segments of their visits in the order of the first, their blocks.
+/// Assigns blocks to pairs, keyed by the segments of their visits in the order of the first.
 pub(super) fn blocks(segments: &[(usize, usize)]) -> Vec<usize> {
     let most = (segments.len() / BLOCKS).clamp(1, BLOCK_PAIRS);
     let (mut block, mut length) = (0, 0);
@@ -110,12 +110,12 @@ pub(super) fn of_run(
     }
 }
 
-/// No length is below 0.
+/// Lengths, clamped at 0.
 fn length(measured: Measured) -> Measured {
     Measured { interval: measured.interval.map(|ends| ends.map(|end| end.max(0.0))), ..measured }
 }
 
-/// Two runs on the pairs that both have an answer for.
+/// Two runs on the pairs measured in both.
 pub(super) fn compared(
     (a, b): (usize, usize),
     names: [&str; 2],
@@ -167,20 +167,20 @@ fn rms_of<'a>(entries: impl Iterator<Item = &'a Entry<'a>>) -> Option<f64> {
         .collect::<Vec<_>>())
 }
 
-/// The root of the mean; 0 where that is below.
+/// The root of the mean; 0 if the mean is negative.
 fn rms(squares: &[f64]) -> Option<f64> {
     let mean = squares.iter().sum::<f64>() / squares.len() as f64;
     (!squares.is_empty()).then(|| mean.max(0.0).sqrt())
 }
 
-/// The least value that so much of all is not above.
+/// The smallest value that at least this part of all does not exceed.
 fn quantile(mut values: Vec<f64>, part: f64) -> Option<f64> {
     values.sort_by(f64::total_cmp);
     let rank = (part * values.len() as f64).ceil() as usize;
     values.get(rank.max(1) - 1).copied()
 }
 
-/// Bins that double in length; those without pairs are left out.
+/// Bins that double in length; empty bins are omitted.
 fn curve(entries: &[Entry<'_>], first: f64, of: impl Fn(&PairFacts) -> Option<f64>) -> Vec<DriftBin> {
     let mut bins = Vec::new();
     let (mut from, mut to) = (0.0, first);
@@ -197,10 +197,10 @@ fn curve(entries: &[Entry<'_>], first: f64, of: impl Fn(&PairFacts) -> Option<f6
     bins
 }
 
-/// A number over entries, given the block of each. Its interval is that of Student's t, with the standard error that the number has
-/// where blocks are drawn again and again (Efron & Tibshirani 1993, "An Introduction to the Bootstrap", §6.2; for few blocks
-/// percentiles are too narrow), and a degree of freedom less than there are blocks; `variance_known` is what it has beside that, by how well
-/// each entry is known.
+/// A statistic over entries, given the block of each. Its interval is that of Student's t with one degree of
+/// freedom less than there are blocks. The standard error comes from a bootstrap over blocks (Efron &
+/// Tibshirani 1993, "An Introduction to the Bootstrap", §6.2; percentiles are too narrow for few blocks),
+/// plus `variance_known` from the uncertainty of each entry.
 fn measured(
     blocks: &[usize],
     confidence: Confidence,
@@ -226,7 +226,7 @@ fn measured(
     let mean = drawn.iter().sum::<f64>() / drawn.len() as f64;
     let variance =
         drawn.iter().map(|value| (value - mean) * (value - mean)).sum::<f64>() / drawn.len() as f64;
-    // Drawn blocks scatter less than blocks do, as they are drawn about their own mean.
+    // Resampled blocks scatter less than the blocks do, since they are drawn about their own mean.
     let degrees = members.len() - 1;
     let error = (variance * members.len() as f64 / degrees as f64 + variance_known).sqrt();
     let half = if error > 0.0 { confidence.student_t(degrees as u64) * error } else { 0.0 };

@@ -1,4 +1,4 @@
-//! Which places a drive visits twice.
+//! Finds the places that a drive visits twice.
 
 use dmp_sensor::{Isometry3, Vector3};
 
@@ -6,26 +6,30 @@ use crate::frames::PlannedFrame;
 use crate::plan::Plan;
 use crate::run_poses::RunPoses;
 
-/// Visits of a pair are at least so many segments apart: neighbours share surfaces that drift bends with both.
+/// Least number of segments between the visits of a pair: neighbours share surfaces, which drift distorts
+/// together.
 const LAG: usize = 5;
-/// The way between them is at least so many times as long as what lies between them: they are no neighbours on one way.
+/// Least ratio of the distance travelled between them to their distance: so they are not neighbours on one
+/// path.
 const WAY_PER_DISTANCE: f64 = 4.0;
-/// Cameras that look elsewhere see other surfaces: most that two visits are turned against each other, as a cosine.
+/// Cameras with other viewing directions see other surfaces: largest rotation between two visits, as a
+/// cosine.
 const SAME_VIEW_COS: f64 = 0.707;
-/// Returns of a visit that are looked at, about: of more, some of each scan.
+/// Approximate number of returns used of a visit: of more, each scan is subsampled.
 pub(super) const RETURNS: u64 = 120_000;
-/// Part of a segment that is its visit, about its middle: what a run bends within a visit is not seen as drift.
+/// Part of a segment that is its visit, around its middle: distortion within a visit is not measured as
+/// drift.
 const PART: f64 = 0.5;
-/// Scans of a visit at least, one after the other, and at most, spread over it.
+/// Least number of consecutive scans of a visit, and most scans, spread over it.
 const LEAST_SCANS: usize = 3;
 const SCANS: usize = 12;
-/// Visits of a way that is not cut into segments.
+/// Number of visits of a path that is not cut into segments.
 const STRETCHES: usize = 16;
 
-/// A segment of the way as a visit to the place in its middle.
+/// A segment of the path as a visit to the place in its middle.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Visit {
-    /// The scan in its middle, whose pose is that of the visit: its ordinal in the plan.
+    /// Its middle scan, whose pose is that of the visit: its ordinal in the plan.
     pub(super) middle: usize,
     /// Some of its scans, the middle among them, ascending.
     pub(super) scans: Vec<usize>,
@@ -36,7 +40,7 @@ pub(super) struct Visit {
 pub(crate) struct VisitPair {
     pub(super) first: usize,
     pub(super) second: usize,
-    /// How far they lie apart, metres: the median over the runs.
+    /// Distance between them, metres: the median over the runs.
     pub(super) apart_m: f64,
 }
 
@@ -55,9 +59,9 @@ pub(super) fn visits(plan: &Plan, along_m: &[f64], is_camera: bool) -> Vec<Visit
 }
 
 impl Visit {
-    /// Of the scans of a segment. Where few of them have enough returns, these are the ones next to the middle, which mostly lie
-    /// together in the log; otherwise, and of a camera that sees little at a time, some at equal steps of the way, or of their number
-    /// where that does not go on.
+    /// Selects scans of a segment. If a few have enough returns, they are the ones next to the middle, which
+    /// mostly lie together in the log. Otherwise, and for a camera with its small view, they are at equal
+    /// steps of distance, or of their number if the sensor stands.
     fn of(
         ordinals: std::ops::Range<usize>,
         along_m: &[f64],
@@ -90,7 +94,7 @@ impl Visit {
     }
 }
 
-/// Where the sensor was on each visit, for each run.
+/// The sensor's pose on each visit, for each run.
 pub(super) struct Places(Vec<Vec<Option<Isometry3<f64>>>>);
 
 impl Places {
@@ -109,7 +113,8 @@ impl Places {
         self.0[run][visit].as_ref()
     }
 
-    /// How far two visits lie apart, metres, and the cosine of the angle that they are turned: the medians over the runs.
+    /// The distance between two visits, metres, and the cosine of the angle between them: the medians over
+    /// the runs.
     fn apart(&self, a: usize, b: usize) -> Option<(f64, f64)> {
         let both = self.0.iter().filter_map(|run| Some((run[a].as_ref()?, run[b].as_ref()?)));
         let (mut distances, mut turns): (Vec<f64>, Vec<f64>) = both
@@ -124,7 +129,7 @@ impl Places {
         Some((*distances.get(distances.len() / 2)?, *turns.get(turns.len() / 2)?))
     }
 
-    /// The way of a run around a visit: from the visit before it to the one behind.
+    /// The heading of a run at a visit: from the visit before it to the one after.
     pub(super) fn heading(&self, run: usize, visit: usize) -> Vector3<f64> {
         let places = &self.0[run];
         let place = |visit: usize| places.get(visit)?.as_ref().map(|pose| pose.translation.vector);
@@ -134,7 +139,7 @@ impl Places {
     }
 }
 
-/// Every place that is visited twice, once for each two visits: of the segments of one visit that are near, the nearest, seen
+/// Every place visited twice, as one pair per two visits: of neighbouring near segments the nearest one, seen
 /// from either side. They lie at most `near_m` from each other.
 pub(super) fn pairs(
     visits: &[Visit],
@@ -149,7 +154,7 @@ pub(super) fn pairs(
         let is_near = apart_m <= near_m && WAY_PER_DISTANCE * apart_m <= way_m;
         (is_near && !(is_camera && turned_cos < SAME_VIEW_COS)).then_some(apart_m)
     };
-    // For each visit the others that are near, the earlier ones and the later ones, as nearest ones of rows of neighbours.
+    // For each visit the near others, earlier and later, reduced to the nearest of each row of neighbours.
     let mut nearest: Vec<Vec<(usize, f64)>> = Vec::with_capacity(visits.len());
     let grid = Grid::new(places, visits.len(), near_m);
     for visit in 0..visits.len() {
@@ -184,7 +189,7 @@ pub(super) fn pairs(
     pairs
 }
 
-/// Visits by the cells that they lie in, in any of the runs: so that few are compared on a long drive.
+/// Visits by their cells in any of the runs, so that few are compared on a long drive.
 struct Grid {
     edge_m: f64,
     by_cell: std::collections::BTreeMap<[i64; 4], Vec<usize>>,

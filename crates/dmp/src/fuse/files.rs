@@ -1,4 +1,4 @@
-//! Where the files of maps go, how long they live, and how they end.
+//! Paths, lifetimes and completion of map files.
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -10,32 +10,32 @@ use crate::progress::{Progress, Stage};
 use crate::run_state::RunState;
 use crate::work::Round;
 
-/// How long a finished map is to live.
+/// The lifetime of a finished map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Life {
-    /// Until nobody reads it any more.
+    /// Until the last reader closes it.
     Reader,
     /// As long as the work folder.
     Work,
-    /// It is the user's.
+    /// The user's: it stays.
     User,
 }
 
 impl<M> Evaluation<'_, M> {
-    /// Where the partial sums of a run go.
+    /// Path of the partial sums of a run.
     pub(super) fn scratch_file<N>(&self, round: Round, run: &RunState<'_, N>) -> PathBuf {
         self.work.file(&format!("{}.{}", run.file_stem, scratch_extension(round)))
     }
 
-    /// How long maps live that are not saved.
+    /// The lifetime of maps that are not saved.
     pub(super) fn life(&self) -> Life {
         if self.work.every().is_some() { Life::Work } else { Life::Reader }
     }
 
-    /// Where the fused map of a run goes.
+    /// Path and lifetime of the fused map of a run.
     pub(super) fn map_file<N>(&self, round: Round, run: &RunState<'_, N>) -> (PathBuf, Life) {
         let stem = &run.file_stem;
-        // Maps that are fused once more without trails are saved then.
+        // With `free_space`, the maps fused again without trails are the ones to save.
         let is_last = round == Round::WithoutTrails || !self.settings.free_space;
         match (&self.means.save_maps, round) {
             (Some(folder), _) if is_last => (folder.join(format!("{stem}.dmpmap")), Life::User),
@@ -46,13 +46,13 @@ impl<M> Evaluation<'_, M> {
         }
     }
 
-    /// Where the map goes that is made of a cloud of a run.
+    /// Path of the map made of a run's cloud.
     pub(super) fn given_map_file<N>(&self, run: &RunState<'_, N>) -> PathBuf {
         self.work.file(&format!("given-{}.dmpmap", run.file_stem))
     }
 }
 
-/// Ends the names of scratch files.
+/// The extension of scratch files.
 pub(super) fn scratch_extension(round: Round) -> &'static str {
     match round {
         Round::First => "scratch",
@@ -60,7 +60,8 @@ pub(super) fn scratch_extension(round: Round) -> &'static str {
     }
 }
 
-/// Makes surfels of what is fused and writes them to `path`; the map, and the occupied voxels without a surfel.
+/// Computes surfels from the fused sums and writes them to `path`; returns the map and the number of occupied
+/// voxels without a surfel.
 ///
 /// # Errors
 /// When it cannot be written.

@@ -1,4 +1,4 @@
-//! Finished maps as they are kept for another process, and taken up by it.
+//! Finished maps in a checkpoint, and how they are resumed.
 
 use std::path::PathBuf;
 
@@ -12,7 +12,7 @@ use crate::run_state::RunState;
 use crate::work::{Fused, FusedMap, Fusing, Round, Work};
 
 impl<'a> Evaluation<'a, Option<Store>> {
-    /// With maps that an earlier process finished.
+    /// The evaluation with maps that an earlier process finished.
     pub(super) fn reopened(mut self, fused: Fused) -> Result<Evaluation<'a, RunMap>, EvaluateError> {
         let mut runs = Vec::new();
         for (run, FusedMap { path, facts }) in std::mem::take(&mut self.runs).into_iter().zip(fused.maps) {
@@ -30,15 +30,15 @@ impl<'a> Evaluation<'a, Option<Store>> {
     }
 }
 
-/// Finished maps, as they are kept.
+/// Finished maps, as in a checkpoint.
 pub(crate) struct KeptMaps {
-    /// Whether they are those without trails.
+    /// Whether they exclude trails.
     pub(crate) round: Round,
     fused: Fused,
 }
 
 impl KeptMaps {
-    /// Keeps them, unless they are already, and forgets what they were made of.
+    /// Writes them, unless already written, and deletes the sums they were made from.
     pub(crate) fn keep(&self, work: &Work) -> Result<(), EvaluateError> {
         if work.holds::<Fused>(self.round) {
             return Ok(());
@@ -54,9 +54,9 @@ impl KeptMaps {
 }
 
 impl Evaluation<'_, RunMap> {
-    /// Keeps finished maps where it is time to; tells how they are kept.
+    /// Checkpoints finished maps when due; returns how they are stored.
     pub(crate) fn keep_if_due(&self) -> Result<KeptMaps, EvaluateError> {
-        // A store that was given is opened again where it was given.
+        // A given store is opened again at its own path.
         let path = |map: &RunMap| map.facts.thin_voxels.map(|_| map.store.path().to_path_buf());
         let kept = |run: &RunState<'_, RunMap>| -> FusedMap {
             let path: Option<PathBuf> = path(&run.map);
@@ -72,7 +72,7 @@ impl Evaluation<'_, RunMap> {
         Ok(maps)
     }
 
-    /// Whether the returns on trails are out of the maps.
+    /// Whether the maps exclude returns on trails.
     pub(super) fn has_trails_out(&self) -> bool {
         self.runs.iter().any(|run| run.map.facts.trails.is_some())
     }

@@ -19,7 +19,7 @@ use crate::trails::Trails;
 use crate::work::{Fused, Fusing, MapFacts, Round};
 
 impl<'a> Evaluation<'a, Option<Store>> {
-    /// Makes the map of every run. What an earlier process kept is taken up.
+    /// Makes the map of every run. Resumes from an earlier process's checkpoint.
     ///
     /// # Errors
     /// When the log or a given map cannot be read, or a map not be written.
@@ -30,7 +30,7 @@ impl<'a> Evaluation<'a, Option<Store>> {
         }
     }
 
-    /// The same without the returns on `trails`.
+    /// Fuses the maps without the returns on `trails`.
     fn fuse_without(self, trails: Option<&Trails>) -> Result<Evaluation<'a, RunMap>, EvaluateError> {
         let work = Arc::clone(&self.work);
         let round = if trails.is_some() { Round::WithoutTrails } else { Round::First };
@@ -48,8 +48,8 @@ impl<'a> Evaluation<'a, Option<Store>> {
         work.install(|| making.finish(round))
     }
 
-    /// Begins the maps, or goes on from the states of those that an earlier process fused. What was `given` for a run, a store or
-    /// else the file, comes first: what is wrong with it shows before the log is read.
+    /// Begins the maps, or resumes from the states that an earlier process fused. Given maps, a store or a
+    /// file, come first: their errors show before the log is read.
     pub(super) fn begin<G>(
         mut self,
         round: Round,
@@ -112,7 +112,7 @@ impl<M> Evaluation<'_, M> {
         fuser.map_err(EvaluateError::map_of(run.name()))
     }
 
-    /// The map that was given: the store as it is, or what a cloud or a mesh makes.
+    /// The given map: a store as it is, or the map of a cloud or a mesh.
     fn given_map(
         &self,
         run: &RunState<'_, ()>,
@@ -122,7 +122,7 @@ impl<M> Evaluation<'_, M> {
         if let Some(store) = store {
             return Ok(RunMap { store, facts: MapFacts::default() });
         }
-        // One at a time, and never gone on with.
+        // One at a time, never resumed.
         let budget_bytes = self.work.budget().map_bytes(1);
         let fuser = MapFuser::new(self.lattice()?, budget_bytes, self.work.path());
         let fuser = fuser.map_err(EvaluateError::map_of(run.name()))?;
@@ -139,13 +139,13 @@ impl<M> Evaluation<'_, M> {
     }
 }
 
-/// Where the map of a run comes from, in words, and in which frame.
+/// The origin of a run's map, in words, and its frame.
 fn origin<M>(run: &RunState<'_, M>, text: String) -> Origin {
     Origin { text, own_from_world: run.own_from_world }
 }
 
 impl<'a> Evaluation<'a, Making<RunMap>> {
-    /// Makes surfels of what is fused, run by run.
+    /// Computes the surfels, run by run.
     fn finish(mut self, round: Round) -> Result<Evaluation<'a, RunMap>, EvaluateError> {
         let mut runs = Vec::new();
         for run in std::mem::take(&mut self.runs) {
@@ -183,8 +183,7 @@ impl<'a> Evaluation<'a, Making<RunMap>> {
 }
 
 impl Evaluation<'_, RunMap> {
-    /// The maps without the returns that lie on trails, where that was asked for: fused once more, in two passes over the
-    /// log.
+    /// The maps without returns on trails, if requested: fused again, in two passes over the log.
     ///
     /// # Errors
     /// As [`Evaluation::fuse`], and when the log gives other returns than before.

@@ -1,4 +1,4 @@
-//! The maps of all runs: fused from the scans, or given; kept for another process, and taken up by it.
+//! The maps of all runs: fused from the scans or given, checkpointed and resumed.
 
 mod files;
 mod kept;

@@ -1,4 +1,4 @@
-//! Some scans fused by themselves, for maps that are put together elsewhere.
+//! Fuses some scans on their own, for maps that are merged elsewhere.
 
 use std::path::Path;
 
@@ -13,8 +13,8 @@ use crate::run_state::RunState;
 use crate::work::{Fusing, Round};
 
 impl Evaluation<'_, Option<dmp_map::Store>> {
-    /// Fuses some frames with the poses of every run, and writes what is summed up of each to a file: `path` says where. Where
-    /// the returns went, and what is in each file.
+    /// Fuses some frames with the poses of every run and writes each run's sums to the file that `path`
+    /// names. Returns the return counts and the content of each file.
     ///
     /// # Errors
     /// When the log cannot be read, or a file not be written.

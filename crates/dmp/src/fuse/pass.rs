@@ -1,4 +1,4 @@
-//! One pass over the log in which maps are fused.
+//! One pass over the log that fuses the maps.
 
 use dmp_map::{FuseBuffers, MapFuser};
 use dmp_reduce::FrameSet;
@@ -13,11 +13,11 @@ use crate::run_state::{RunState, poses_of};
 use crate::trails::{TrailBuffers, Trails};
 use crate::work::{Fusing, Round};
 
-/// What a run's map is made of.
+/// The source of a run's map.
 pub(super) enum Making<G> {
     /// The scans.
     Scans(MapFuser),
-    /// What was given for it.
+    /// The given map.
     Given(G),
 }
 
@@ -30,7 +30,7 @@ impl<G> Making<G> {
     }
 }
 
-/// One pass over the log, or over some `frames` of it; returns on `trails` are left out.
+/// One pass over the log, or over some `frames` of it; returns on `trails` are excluded.
 pub(super) struct FusePass<'p, G> {
     pub(super) evaluation: &'p Evaluation<'p, Making<G>>,
     pub(super) trails: Option<&'p Trails>,
@@ -40,7 +40,7 @@ pub(super) struct FusePass<'p, G> {
 }
 
 impl<G: Sync> FusePass<'_, G> {
-    /// Goes on from `before`, and tells where the returns went and how many of them are in no map.
+    /// Resumes from `before`. Returns the return counts and the number of returns excluded from every map.
     pub(super) fn run(&self, before: &Fusing) -> Result<(ReturnCounts, u64), EvaluateError> {
         let Evaluation { log, means, work, progress, plan, runs, .. } = self.evaluation;
         progress.begin(Stage::Fuse, self.frames.map_or(plan.returns(), |frames| plan.returns_of(frames)));
@@ -81,12 +81,12 @@ impl<G: Sync> FusePass<'_, G> {
     }
 }
 
-/// What a thread does with a scan: adds its returns to every map.
+/// Work of a thread on a scan: adds its returns to every map.
 struct FuseWorker<'p, G> {
     poser: Poser<'p>,
     evaluation: &'p Evaluation<'p, Making<G>>,
     trails: Option<&'p Trails>,
-    /// Of the returns at hand: whether they are in no map. Empty where all are.
+    /// For each current return, whether it is excluded from the maps. Empty if none is.
     on_trail: Vec<bool>,
     trail_buffers: TrailBuffers,
     left_out: u64,

@@ -1,42 +1,42 @@
-//! Why reports cannot stand beside each other.
+//! Errors of joining reports.
 
 use dmp_log::LogError;
 
-/// What reports must have in common for their scores to be comparable.
+/// A fact that reports must share for comparable scores.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum MadeWith {
     /// The program.
     #[error("version of dmp")]
     Version,
-    /// What was scored.
+    /// The log that was scored.
     #[error("log")]
     Log,
-    /// How it was scored.
+    /// The settings.
     #[error("settings")]
     Settings,
-    /// Which scans were.
+    /// The scans.
     #[error("frames")]
     Frames,
-    /// How the drive was cut.
+    /// The segments.
     #[error("segments")]
     Segments,
-    /// What was taken for the vehicle.
+    /// The returns on the vehicle itself.
     #[error("vehicle")]
     Vehicle,
-    /// Which returns were scored.
+    /// The scored returns.
     #[error("returns")]
     Returns,
-    /// Which are in the maps.
+    /// The returns in the maps.
     #[error("returns in the maps")]
     MapReturns,
 }
 
-/// Why reports cannot stand beside each other.
+/// Why reports cannot be joined.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum JoinError {
-    /// There is nothing to join.
+    /// No report was given.
     #[error("no result to compare")]
     NoReports,
     /// Their scores cannot be compared.
@@ -45,19 +45,18 @@ pub enum JoinError {
         reports[0], reports[1], values[0], values[1]
     )]
     Different {
-        /// The two.
+        /// The two reports.
         reports: Box<[String; 2]>,
-        /// What they do not have in common.
+        /// The fact that differs.
         what: MadeWith,
         /// The field of the JSON that differs.
         field: String,
         /// Its value in each.
         values: Box<[String; 2]>,
     },
-    /// What was scored depends on which runs there were.
+    /// The scored places depend on the set of runs.
     #[error(
-        "{report}: a sample of places was scored, and places and their maps depend on all runs that are scored together: \
-         score runs so to compare them"
+        "{report}: it scored a sample of places, which depends on all runs of the command: score the runs in one command"
     )]
     OfPlaces {
         /// The report.
@@ -70,25 +69,25 @@ pub enum JoinError {
         report: String,
         /// The field of the JSON.
         field: String,
-        /// What stands there.
+        /// The value found.
         name: String,
     },
-    /// The returns that were kept are not those of the other results, or of the result itself.
+    /// Saved returns differ from those of the other results, or of their own result.
     #[error("{report}: {problem}")]
     Returns {
         /// The result.
         report: String,
-        /// What is wrong.
+        /// The problem.
         problem: String,
     },
     /// A file cannot be read.
     #[error(transparent)]
     Log(#[from] LogError),
-    /// Somebody stopped it.
+    /// The watcher stopped it.
     #[error("stopped")]
     Cancelled,
-    /// Two runs cannot be told apart.
-    #[error("two runs would be called `{name}`: give the results names of their own")]
+    /// Two runs have the same name.
+    #[error("two runs would be called `{name}`: give each result its own name")]
     SameName {
         /// The name.
         name: String,
@@ -96,7 +95,7 @@ pub enum JoinError {
 }
 
 impl JoinError {
-    /// Whether the names that were given are at fault, rather than the reports.
+    /// Whether the given names are at fault, rather than the reports.
     pub fn is_usage(&self) -> bool {
         matches!(self, Self::NoReports | Self::SameName { .. })
     }

@@ -1,4 +1,4 @@
-//! Returns of several results side by side.
+//! Reads the saved returns of several results in parallel.
 
 use dmp_lengths::thousands;
 use dmp_log::{KeptPart, KeptReader};
@@ -7,21 +7,21 @@ use dmp_reduce::{Basis, FrameSums, KeptReturn, Layout, ReduceError, Reducer, Res
 use super::error::JoinError;
 use crate::report::Report;
 
-/// Returns that are taken at a time before they are summed, times runs: 64 MiB.
+/// Returns times runs in a batch before they are summed: 64 MiB.
 const BATCH_RETURNS: usize = 1 << 24;
-/// A scan takes as much memory as so many returns beside its own.
+/// A scan takes as much memory as this many returns, beside its own.
 const OF_SCAN: usize = 64;
 
-/// A result whose returns were kept.
+/// A result with saved returns.
 pub(super) struct Kept<'a> {
     pub(super) file: &'a str,
     pub(super) report: &'a Report,
     pub(super) reader: &'a mut KeptReader,
-    /// For each of its runs where it stands among those that are compared; `None` where another result has it, too.
+    /// The column of each of its runs among the compared ones; `None` if another result already has that run.
     pub(super) columns: Vec<Option<usize>>,
 }
 
-/// A scan: its parts, each with the returns of every run that is compared.
+/// A scan in parts, each with the returns of every compared run.
 #[derive(Debug, Default)]
 pub(super) struct KeptScan {
     ordinal: u64,
@@ -36,7 +36,7 @@ pub(super) struct Rows<'a> {
     results: Vec<Kept<'a>>,
     columns: usize,
     part: KeptPart,
-    /// The first part of the next scan, which has been read already.
+    /// The first part of the next scan, already read.
     ahead: Option<KeptScan>,
     pub(super) scans: u64,
     pub(super) returns: u64,
@@ -47,10 +47,10 @@ impl<'a> Rows<'a> {
         Self { results, columns, part: KeptPart::default(), ahead: None, scans: 0, returns: 0 }
     }
 
-    /// The next scans, some megabytes of them; none behind the last.
+    /// The next batch of scans, some megabytes; empty at the end.
     ///
     /// # Errors
-    /// When a file cannot be read, or results do not hold the same returns.
+    /// When a file cannot be read, or results have different returns.
     pub(super) fn next_batch(&mut self) -> Result<Vec<KeptScan>, JoinError> {
         let mut batch = Vec::new();
         let mut returns = 0;
@@ -84,7 +84,7 @@ impl<'a> Rows<'a> {
         Ok(Some(scan))
     }
 
-    /// One part of a scan, of all runs of all results; `scan` is the one that it may go on.
+    /// One part of a scan, of all runs of all results; `scan` is the scan it may continue.
     fn next_row(&mut self, scan: Option<&KeptScan>) -> Result<Option<KeptScan>, JoinError> {
         let mut row: Option<KeptScan> = None;
         let mut ended = None;
@@ -107,7 +107,7 @@ impl<'a> Rows<'a> {
                 if part.first != begun {
                     let (scan, first) = (part.scan, part.first);
                     return problem(format!(
-                        "scan {scan} goes on with return {first} behind {begun} returns"
+                        "scan {scan} continues with return {first} after {begun} returns"
                     ));
                 }
                 let row = row.get_or_insert_with(|| KeptScan {
@@ -127,7 +127,10 @@ impl<'a> Rows<'a> {
                     return problem(format!("holds {here} where others hold {there} from return {begun} on"));
                 }
                 if part.mark != row.mark {
-                    return problem(format!("holds other returns of scan {} than others do", part.scan));
+                    return problem(format!(
+                        "its returns of scan {} differ from the other results",
+                        part.scan
+                    ));
                 }
                 if let Some(column) = column {
                     row.parts[0][*column] = std::mem::take(&mut part.returns);
@@ -143,7 +146,7 @@ impl<'a> Rows<'a> {
         }
     }
 
-    /// Refuses files that hold more returns than their results tell of, before they are taken into memory.
+    /// Rejects files with more returns than their results state, before they are loaded into memory.
     fn check_returns(&self, returns: u64) -> Result<(), JoinError> {
         let short = self.results.iter().find(|kept| returns > kept.report.inputs.returns_used);
         short.map_or(Ok(()), |kept| self.other_totals(kept, returns))
@@ -152,7 +155,7 @@ impl<'a> Rows<'a> {
     fn other_totals(&self, kept: &Kept<'_>, returns: u64) -> Result<(), JoinError> {
         let Kept { file, report, .. } = kept;
         let problem = format!(
-            "holds {} returns of {} scans, its result tells of {} of {}",
+            "holds {} returns of {} scans, its result has {} of {}",
             thousands(returns),
             thousands(self.scans),
             thousands(report.inputs.returns_used),
@@ -161,13 +164,14 @@ impl<'a> Rows<'a> {
         Err(JoinError::Returns { report: (*file).to_owned(), problem })
     }
 
-    /// Refuses files that hold other returns than their results tell of; at the `end` also fewer.
+    /// Rejects files whose returns differ from those their results state; at the `end` also if there are
+    /// fewer.
     fn check_totals(&self, end: bool) -> Result<(), JoinError> {
         self.check_returns(self.returns)?;
         for kept in &self.results {
             let Kept { file, report, reader, .. } = kept;
             let problem = |problem| Err(JoinError::Returns { report: (*file).to_owned(), problem });
-            // Scans without returns are in the result alone.
+            // Scans without returns are only in the result.
             if self.scans > report.sampling.frames_scored || end && self.returns != report.inputs.returns_used
             {
                 return self.other_totals(kept, self.returns);
@@ -219,12 +223,12 @@ impl Summed {
 }
 
 impl KeptScan {
-    /// Its place among those that could be scored, and its number in the log.
+    /// Its ordinal among the scans that could be scored, and its number in the log.
     pub(super) fn numbers(&self) -> (u64, u64) {
         (self.ordinal, self.scan)
     }
 
-    /// How many returns it has.
+    /// Its number of returns.
     pub(super) fn returns(&self) -> u64 {
         self.returns
     }

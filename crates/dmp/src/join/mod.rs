@@ -1,4 +1,4 @@
-//! Reports beside each other: of runs of one log that were scored apart, under one setting.
+//! Joins reports of runs that were scored separately on one log with the same settings.
 
 mod error;
 mod kept;

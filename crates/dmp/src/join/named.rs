@@ -1,13 +1,13 @@
-//! A report that is to stand beside others.
+//! A report with the name it gets in a join.
 
 use crate::report::Report;
 
-/// A report, and what to call it.
+/// A report and its name.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NamedReport {
-    /// Stands in front of the names of runs that other reports have too.
+    /// Prefix for the names of runs that other reports also have.
     pub name: String,
-    /// The file that it is from, or what else messages are to call it.
+    /// Its file, or another name for messages.
     pub file: String,
     /// The report.
     pub report: Report,

@@ -1,10 +1,10 @@
-//! What runs are called where reports stand beside each other.
+//! Names of runs in a joined report.
 
 use super::error::JoinError;
 use super::named::NamedReport;
 use crate::report::{Report, RunReport};
 
-/// Refuses a report whose parts do not speak of the same runs.
+/// Rejects a report whose parts do not name the same runs.
 pub(super) fn check(named: &NamedReport) -> Result<(), JoinError> {
     let NamedReport { file, report: Report { runs, inputs, pairs, order, .. }, .. } = named;
     let no_run = |field: String, name: &str| {
@@ -31,12 +31,12 @@ pub(super) fn check(named: &NamedReport) -> Result<(), JoinError> {
     Ok(())
 }
 
-/// The names that the runs of every report get.
+/// The new names of every report's runs.
 #[derive(Debug)]
 pub(super) struct Names(Vec<Vec<(String, String)>>);
 
 impl Names {
-    /// A run keeps its name where no other run has it.
+    /// A run keeps its name if no other run has it.
     pub(super) fn new(reports: &[NamedReport]) -> Result<Self, JoinError> {
         let all = || reports.iter().flat_map(|named| named.report.runs.iter().map(move |run| (named, run)));
         let name = |run: &RunReport| {
@@ -88,7 +88,7 @@ impl Names {
     }
 }
 
-/// Whether two are one run: the same name and the same scores, whatever else was said of them.
+/// Whether two are one run: the same name and scores, whatever their other fields.
 fn is_same(a: &RunReport, b: &RunReport) -> bool {
     RunReport { warnings: Vec::new(), ..a.clone() } == RunReport { warnings: Vec::new(), ..b.clone() }
 }

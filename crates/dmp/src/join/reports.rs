@@ -1,4 +1,4 @@
-//! Putting reports together.
+//! Joins several reports into one.
 
 use dmp_reduce::order_runs;
 
@@ -7,30 +7,31 @@ use super::named::NamedReport;
 use super::names::{self, Names};
 use super::same;
 use crate::drift::DriftReport;
-use crate::report::{MemoryReport, PairReport, PassTimes, Report, RunReport, Warning};
+use crate::report::{MemoryReport, PairReport, PassTimes, Report, RunReport};
 
 /// Several reports as one.
 #[derive(Debug, Clone, PartialEq)]
 pub struct JoinedReport {
-    /// Every run, and every pair that some report holds. The runs are ordered along the decided pairs, and where
-    /// these leave a choice by the first score of the table. What took time is added up, and so is what was written;
-    /// of memory it is the most. The rest is that of the first report.
+    /// Every run, and every pair that some report has. The runs are ordered by the decided pairs; remaining
+    /// choices are ordered by the first score of the table. Times and written bytes are summed, memory is the
+    /// maximum. The rest is that of the first report.
     pub report: Report,
-    /// The names that the runs of each report have in it.
+    /// The names in it of each report's runs.
     pub runs_of: Vec<Vec<String>>,
-    /// Pairs that no report holds: nothing is decided of them. They stand in the order of the runs.
+    /// Pairs that no report has, in the order of the runs: they stay undecided.
     pub not_compared: Vec<[String; 2]>,
 }
 
-/// Puts reports beside each other that were made of the same log, with the same version, frames, segments, returns
-/// and settings. A run that several reports hold, under one name with the same scores, is one run; two that only have
-/// a name in common get those of their reports in front, as `report/run`.
+/// Joins reports of the same log, version, frames, segments, returns and settings. A run that several reports
+/// have with the same name and scores is one run. Runs with only the name in common get the report's name as
+/// prefix: `report/run`.
 ///
-/// Pairs are taken from reports that hold both runs. No others can be compared: a pair is judged on the returns that
-/// both runs predict, and a report does not say which these are. See [`join_results`](super::join_results) where it was kept.
+/// A pair needs a report that has both runs. Other pairs cannot be compared: a pair is judged on the returns
+/// that both runs predict, and a report does not have these. [`join_results`](super::join_results) compares
+/// them if they were saved.
 ///
 /// # Errors
-/// When they were not made alike, one contradicts itself, or there is none.
+/// When they differ in one of these, one contradicts itself, or there is none.
 pub fn join_reports(reports: &[NamedReport]) -> Result<JoinedReport, JoinError> {
     let (first, others) = reports.split_first().ok_or(JoinError::NoReports)?;
     reports.iter().try_for_each(names::check)?;
@@ -65,12 +66,12 @@ fn add(joined: &mut Report, other: Report) {
     }
     let (sure, of_other) = (&mut joined.promise.interval_confidence, other.promise.interval_confidence);
     if joined.pairs.len() > here {
-        // As sure as the intervals of either are, where both are told.
+        // The lower confidence of the two, where both are known.
         *sure = if here > 0 { sure.min(of_other) } else { of_other };
         joined.promise.of_each_result |= here > 0;
     }
     let (config, of_other) = (&mut joined.config, other.config);
-    // Of the runs, not of the settings: given where it is the same for all.
+    // It belongs to the runs, not the settings: kept if equal for all.
     config.body_from_sensor = config.body_from_sensor.filter(|here| of_other.body_from_sensor == Some(*here));
     config.voxel_filled_share =
         config.voxel_filled_share.filter(|here| of_other.voxel_filled_share == Some(*here));
@@ -84,7 +85,7 @@ fn add(joined: &mut Report, other: Report) {
     joined.memory = most(joined.memory, other.memory);
 }
 
-/// Of all runs, where both were measured on as many pairs of visits; what was measured on others cannot stand in one table.
+/// The drift of all runs, if both reports measured the same pairs of visits; others cannot share a table.
 fn drift_of(mut here: DriftReport, other: DriftReport) -> Option<DriftReport> {
     let pairs = |drift: &DriftReport| (drift.pairs_found, drift.pairs_measured, drift.segments);
     if pairs(&here) != pairs(&other) {
@@ -104,7 +105,7 @@ fn drift_of(mut here: DriftReport, other: DriftReport) -> Option<DriftReport> {
     Some(here)
 }
 
-/// One after the other.
+/// The sum of both.
 fn added(a: PassTimes, b: PassTimes) -> PassTimes {
     PassTimes {
         plan_s: a.plan_s + b.plan_s,
@@ -130,24 +131,20 @@ fn most(a: MemoryReport, b: MemoryReport) -> MemoryReport {
     }
 }
 
-/// What all reports warn of, then what only some do, with their names.
-fn warnings(reports: &[NamedReport]) -> Vec<Warning> {
-    let of_all = |warning: &Warning| reports.iter().all(|named| named.report.warnings.contains(warning));
+/// Warnings of all reports, then those of some with their names.
+fn warnings(reports: &[NamedReport]) -> Vec<String> {
+    let of_all = |warning: &String| reports.iter().all(|named| named.report.warnings.contains(warning));
     let shared = reports.iter().take(1).flat_map(|named| named.report.warnings.iter().filter(|w| of_all(w)));
-    let mut warnings: Vec<Warning> = shared.cloned().collect();
+    let mut warnings: Vec<String> = shared.cloned().collect();
     for NamedReport { name, report: Report { warnings: own, .. }, .. } in reports {
         let own = own.iter().filter(|warning| !of_all(warning));
-        let named = |warning: &Warning| Warning::OfReport {
-            report: name.clone(),
-            warning: Box::new(warning.clone()),
-        };
-        warnings.extend(own.map(named));
+        warnings.extend(own.map(|warning| format!("{name}: {warning}")));
     }
     warnings
 }
 
-/// Orders the runs along the decided pairs, else by their first score; neighbours are tied where their own pair is
-/// there and decides nothing, or contradicts others.
+/// Orders the runs by the decided pairs, else by their first score. Neighbours are tied if their own pair
+/// exists and is undecided, or contradicts others.
 pub(super) fn put_in_order(joined: &mut Report) {
     let near = joined.runs.iter().any(|run| run.coverage.is_none());
     let score = |run: &RunReport| if near { run.r_near_m2[0] } else { run.r_cv_m2[0] };

@@ -1,4 +1,4 @@
-//! Results beside each other, with every return that was kept of them.
+//! Joins saved results with their individual returns.
 
 use std::collections::BTreeMap;
 
@@ -14,34 +14,34 @@ use super::reports::{JoinedReport, join_reports, pairs_of, put_in_order};
 use crate::progress::{Progress, Stage};
 use crate::report::{PairFacts, PairReport, Report, RunReport, Withheld};
 
-/// What the sums of all threads take at most, bytes, if there is more than one.
+/// Limit for the sums of all threads, bytes, if there is more than one thread.
 const WORKERS_BYTES: usize = 1 << 30;
-/// More scans than these are in no log: a hundred days of ten a second.
+/// Upper limit for the scans of a log: a hundred days at ten per second.
 const MOST_SCANS: u64 = 1 << 27;
 
-/// A result that was saved.
+/// A saved result.
 #[derive(Debug)]
 pub struct SavedResult {
     /// Its report.
     pub named: NamedReport,
-    /// Its returns, where they were kept.
+    /// Its returns, if saved.
     pub returns: Option<KeptReader>,
 }
 
-/// As [`join_reports`]; and all runs whose returns were kept are compared with each other, as if they had been scored
-/// together: on the returns that both of a pair predict, and with one promise for all of these pairs, by either score.
-/// Residuals were rounded when they were kept, see [`KeptReturn`](dmp_reduce::KeptReturn), so that numbers of pairs differ
-/// from those of a common score in some late digit.
+/// As [`join_reports`], but also compares all runs with saved returns as if scored together. Each pair is
+/// judged on the returns that both runs predict; all these pairs share one error rate, for each score. Saved
+/// residuals are rounded, see [`KeptReturn`](dmp_reduce::KeptReturn), so numbers of pairs differ slightly
+/// from those of a common score.
 ///
-/// A pair of a run with a fused map and one with a given map is compared by `R_near`, which is not kept of the first: there is
-/// no such pair, unless a report holds it.
+/// A pair of one fused and one given map needs `R_near`, which is not saved for the fused one: such a pair
+/// exists only if a report has it.
 ///
-/// Memory is some hundred megabytes, whatever the results hold: of very many runs fewer threads are taken. The outcome does
-/// not depend on `threads`.
+/// Needs some hundred megabytes of memory for any size of results: very many runs use fewer threads. The
+/// outcome does not depend on `threads`.
 ///
 /// # Errors
-/// As [`join_reports`], and when a file cannot be read, its returns are not those that its result tells of, or somebody
-/// stopped it.
+/// As [`join_reports`], and when a file cannot be read, its returns are not those of its result, or the
+/// watcher stopped it.
 pub fn join_results(
     results: &mut [SavedResult],
     threads: usize,
@@ -49,7 +49,7 @@ pub fn join_results(
 ) -> Result<JoinedReport, JoinError> {
     let reports: Vec<NamedReport> = results.iter().map(|result| result.named.clone()).collect();
     let mut joined = join_reports(&reports)?;
-    // Verdicts by either score share the error.
+    // Verdicts by both scores share the error rate.
     let families = [Basis::CrossValidated, Basis::Near];
     let judged = |basis| {
         let kept = reports.iter().zip(results.iter()).filter(|(_, result)| result.returns.is_some());
@@ -74,7 +74,7 @@ pub fn join_results(
     Ok(joined)
 }
 
-/// Results of runs that are judged by `basis` and whose returns were kept, and the names of these runs, each once.
+/// Results of runs that are judged by `basis` and have saved returns, and the names of these runs, each once.
 fn kept_of<'a>(
     reports: &'a [NamedReport],
     readers: impl Iterator<Item = Option<&'a mut KeptReader>>,
@@ -98,7 +98,7 @@ fn kept_of<'a>(
     (kept, runs)
 }
 
-/// By what all runs of a report are judged.
+/// The common basis of all runs of a report.
 fn basis_of(report: &Report) -> Option<Basis> {
     let is_given =
         |run: &RunReport| run.r_cv_withheld == Some(Withheld::Known(dmp_reduce::Withheld::MapGiven));
@@ -122,14 +122,14 @@ fn judge(
     let promise = Promise { confidence: confidence.of_each_look(looks), margin };
     let sampling = &report.sampling;
     if sampling.looks.is_some() {
-        return Err(problem("made with --decide, whose looks share the error".to_owned()));
+        return Err(problem("made with --decide, whose looks share the error rate".to_owned()));
     }
     if sampling.frames_total > MOST_SCANS || sampling.frames_scored > sampling.frames_total {
         let (scored, total) = (thousands(sampling.frames_scored), thousands(sampling.frames_total));
-        return Err(problem(format!("{scored} of {total} scans are none that can be compared")));
+        return Err(problem(format!("{scored} of {total} scans cannot be compared")));
     }
     let miss_price = report.config.miss_price;
-    let price = || problem(format!("config.miss_price is {miss_price}, no share from 0 to 1"));
+    let price = || problem(format!("config.miss_price is {miss_price}, not a share from 0 to 1"));
     let layout = Layout::new(report.sampling.frames_total, vec![basis; runs.len()])
         .on_scales(report.config.scales)
         .with_miss_price(MissPrice::new(miss_price).ok_or_else(price)?);
@@ -165,7 +165,8 @@ fn judge(
     Ok(())
 }
 
-/// The number in the log of a scan by its place: between two that were drawn evenly, as the scans of a log without gaps are.
+/// The number in the log of a scan, by its ordinal: interpolated between evenly drawn ones, exact for a log
+/// without gaps.
 fn scan_at(scans: &BTreeMap<u64, u64>, ordinal: u64) -> u64 {
     let (before, after) = (scans.range(..=ordinal).next_back(), scans.range(ordinal..).next());
     match (before, after) {
@@ -180,7 +181,7 @@ fn scan_at(scans: &BTreeMap<u64, u64>, ordinal: u64) -> u64 {
     }
 }
 
-/// Adds up all returns; the scans that were scored, by their places among those that could be.
+/// Sums all returns; returns also the scored scans, by their ordinals among those that could be scored.
 fn reduce(
     kept: Vec<Kept<'_>>,
     layout: &Layout,

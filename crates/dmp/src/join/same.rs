@@ -1,4 +1,4 @@
-//! What two reports must have in common for their scores to be comparable.
+//! Checks that two reports agree on everything that makes scores comparable.
 
 use std::fmt::Display;
 
@@ -6,10 +6,10 @@ use super::error::{JoinError, MadeWith};
 use super::named::NamedReport;
 use crate::report::Report;
 
-/// What must be the same, as it is told; the field, as in the JSON; its value.
+/// What must be equal, in words; the JSON field; its value.
 type Fact = (MadeWith, &'static str, fn(&Report) -> String);
 
-/// Told before settings that only follow from them.
+/// In order: causes before the settings that follow from them.
 const FACTS: [Fact; 37] = [
     (MadeWith::Version, "dmp_version", |report| report.dmp_version.clone()),
     (MadeWith::Log, "inputs.fingerprint", |report| report.inputs.fingerprint.clone()),
@@ -52,7 +52,7 @@ const FACTS: [Fact; 37] = [
     (MadeWith::Vehicle, "config.ego_cells", |report| report.config.ego.cells.to_string()),
 ];
 
-/// Refuses reports whose scores cannot be compared.
+/// Rejects reports whose scores are not comparable.
 pub(super) fn check(a: &NamedReport, b: &NamedReport) -> Result<(), JoinError> {
     let different = |what, field: String, of_a: String, of_b: String| {
         let reports = Box::new([a.file.clone(), b.file.clone()]);
@@ -97,7 +97,7 @@ pub(super) fn check(a: &NamedReport, b: &NamedReport) -> Result<(), JoinError> {
     Ok(())
 }
 
-/// The first place in which two lists differ, with what stands there.
+/// The first index at which two lists differ, with both values.
 fn first_difference<T: PartialEq + Display>(a: &[T], b: &[T]) -> Option<(usize, String, String)> {
     let k = (0..a.len().max(b.len())).find(|&k| a.get(k) != b.get(k))?;
     Some((k, or_null(a.get(k)), or_null(b.get(k))))

@@ -2,9 +2,9 @@ use serde_json::{Value, json};
 
 use super::*;
 use crate::report::sample_data::{scores as whole, scores_json as samples};
-use crate::report::{Report, ScaleScores, Verdict, Warning};
+use crate::report::{Report, ScaleScores, Verdict};
 
-/// A report as if only these runs had been scored, called after the first letters.
+/// A report as if only these runs had been scored, named by their first letters.
 fn only(runs: &[&str]) -> NamedReport {
     let mut report = whole();
     let among = |name: &String| runs.contains(&name.as_str());
@@ -39,7 +39,7 @@ fn parts_that_hold_every_pair_make_the_whole() {
         .sort_by_key(|pair| whole.pairs.iter().position(|other| (&other.a, &other.b) == (&pair.a, &pair.b)));
     assert_eq!((&report.runs, &report.inputs), (&whole.runs, &whole.inputs));
     assert_eq!((&report.pairs, &report.order, &report.ties), (&whole.pairs, &whole.order, &whole.ties));
-    // One alone is what it was.
+    // A single report is unchanged.
     let alone = joined(&[NamedReport { name: "all".into(), file: String::new(), report: whole.clone() }]);
     assert_eq!(alone.report, whole);
 }
@@ -58,11 +58,11 @@ fn where_no_report_holds_a_pair_the_first_column_orders() {
     ];
     assert_eq!(not_compared, expected);
     assert_eq!((report.pairs.len(), report.ties.len()), (1, 0));
-    // A verdict goes before the column.
+    // A verdict takes precedence over the column.
     let mut parts = [only(&["drift", "collapsed"]), only(&["drift", "noise"]), only(&["truth"])];
     parts[1].report.runs[1].r_cv_m2 = ScaleScores::new([(10.0, Some(100.0))]);
     assert_eq!(joined(&parts).report.order, ["truth", "noise", "drift", "collapsed"]);
-    // A pair that is there and decides nothing is a tie.
+    // An undecided pair is a tie.
     parts[0].report.pairs[0].verdict = Verdict::Undecided;
     parts[1] = only(&["drift", "noise"]);
     let report = joined(&parts).report;
@@ -81,9 +81,9 @@ fn runs_with_one_name_and_two_scores_get_the_names_of_their_reports() {
     let verdict = report.verdict_between("new/truth", "noise").unwrap();
     assert_eq!((verdict.better(), verdict.decided_at_m()), (Some("new/truth"), Some(2.0)));
     assert!(report.inputs.runs.iter().map(|run| &run.name).eq(report.runs.iter().map(|run| &run.name)));
-    // The same words about a run make it no other run.
+    // Equal descriptions do not make two runs one.
     let mut twice = [only(&["truth"]), only(&["truth"])];
-    twice[1].report.runs[0].warnings.push(Warning::Other("slow".into()));
+    twice[1].report.runs[0].warnings.push("slow".into());
     assert_eq!(joined(&twice).report.order, ["truth"]);
     parts[1].name = "td".into();
     assert_eq!(refusal(&parts), "two runs would be called `td/truth`: give the results names of their own");
@@ -93,7 +93,7 @@ fn runs_with_one_name_and_two_scores_get_the_names_of_their_reports() {
 #[test]
 fn what_only_some_reports_warn_of_has_their_names() {
     let mut parts = [only(&["truth"]), only(&["drift"])];
-    let warnings = |words: [&str; 2]| words.map(|word| Warning::Other(word.into())).to_vec();
+    let warnings = |words: [&str; 2]| words.map(|word| word.to_owned()).to_vec();
     parts[0].report.warnings = warnings(["both", "one"]);
     parts[1].report.warnings = warnings(["both", "other"]);
     parts[1].report.inputs.damage = vec!["byte 7".into()];
@@ -105,7 +105,7 @@ fn what_only_some_reports_warn_of_has_their_names() {
     assert_eq!(report.inputs.damage, ["byte 7"]);
 }
 
-/// The fields that reports may have different values in: they are of the runs.
+/// Fields that may differ: they belong to the runs.
 const OF_THE_RUNS: [&str; 3] = ["config.body_from_sensor", "config.segments", "config.voxel_filled_share"];
 
 #[test]
@@ -118,19 +118,19 @@ fn reports_of_places_are_refused() {
     });
     let of_places = || serde_json::from_value(json.clone()).unwrap();
     let named = |name: &str, report| NamedReport { name: name.into(), file: format!("{name}.json"), report };
-    let told = refusal(&[named("a", of_places()), named("b", of_places())]);
-    assert!(told.starts_with("a: a sample of places"), "{told}");
-    let told = refusal(&[named("a", whole()), named("b", of_places())]);
-    assert!(told.starts_with("b: a sample of places"), "{told}");
+    let text = refusal(&[named("a", of_places()), named("b", of_places())]);
+    assert!(text.starts_with("a: a sample of places"), "{text}");
+    let text = refusal(&[named("a", whole()), named("b", of_places())]);
+    assert!(text.starts_with("b: a sample of places"), "{text}");
 }
 
 #[test]
-fn a_difference_in_any_setting_is_told() {
+fn a_difference_in_any_setting_is_reported() {
     let mut fields: Vec<String> =
         samples()["config"].as_object().unwrap().keys().map(|field| format!("config.{field}")).collect();
     fields.extend(samples()["sampling"].as_object().unwrap().keys().map(|field| format!("sampling.{field}")));
     let segments = samples()["config"]["segments"].as_object().unwrap().clone();
-    // Of the way that the runs have gone, only what is made of it counts.
+    // Only the resulting segments count, not the runs' path length.
     fields.extend(segments.keys().filter(|f| *f != "travel_m").map(|f| format!("config.segments.{f}")));
     // Reports of places are never comparable: see below.
     fields.retain(|field| !OF_THE_RUNS.contains(&field.as_str()) && field != "sampling.places");
@@ -180,10 +180,10 @@ fn a_difference_in_any_setting_is_told() {
         let named =
             |name: &str, report| NamedReport { name: name.into(), file: format!("{name}.json"), report };
         let [here, other] = [here, json].map(|json| serde_json::from_value(json).unwrap());
-        let told = refusal(&[named("a", here), named("b", other)]);
+        let text = refusal(&[named("a", here), named("b", other)]);
         let words = [format!(": {field} is "), format!(": {field}[1] is ")];
-        assert!(words.iter().any(|words| told.contains(words)), "{field}: {told}");
-        assert!(told.starts_with("a.json and b.json were not made with the same "), "{told}");
+        assert!(words.iter().any(|words| text.contains(words)), "{field}: {text}");
+        assert!(text.starts_with("a.json and b.json were not made with the same "), "{text}");
     }
 }
 
@@ -195,13 +195,13 @@ fn a_report_that_contradicts_itself_is_refused() {
         refusal(&[named])
     };
     let better = |run: &str| Verdict::Better { run: run.to_owned(), decided_at_m: 2.0, is_same: false };
-    let told = |field: &str, name: &str| {
+    let text = |field: &str, name: &str| {
         format!("td.json: {field} names `{name}`, which is not the name of one run")
     };
-    assert_eq!(forged(&|report| report.pairs[0].a = "x".into()), told("pairs[0]", "x"));
-    assert_eq!(forged(&|report| report.pairs[0].verdict = better("x")), told("pairs[0]", "x"));
-    assert_eq!(forged(&|report| report.order[1] = "x".into()), told("order[1]", "x"));
-    assert_eq!(forged(&|report| report.order.push("truth".into())), told("order[0]", "truth"));
-    assert_eq!(forged(&|report| report.runs[1].name = "truth".into()), told("runs[0]", "truth"));
-    assert_eq!(forged(&|report| report.inputs.runs.truncate(1)), told("runs[1]", "drift"));
+    assert_eq!(forged(&|report| report.pairs[0].a = "x".into()), text("pairs[0]", "x"));
+    assert_eq!(forged(&|report| report.pairs[0].verdict = better("x")), text("pairs[0]", "x"));
+    assert_eq!(forged(&|report| report.order[1] = "x".into()), text("order[1]", "x"));
+    assert_eq!(forged(&|report| report.order.push("truth".into())), text("order[0]", "truth"));
+    assert_eq!(forged(&|report| report.runs[1].name = "truth".into()), text("runs[0]", "truth"));
+    assert_eq!(forged(&|report| report.inputs.runs.truncate(1)), text("runs[1]", "drift"));
 }

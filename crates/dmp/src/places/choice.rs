@@ -1,4 +1,4 @@
-//! The places that are scored.
+//! Selects the places to score.
 
 use super::draw::{FEW_PLACES, draw};
 use super::scans::DriveScans;
@@ -8,19 +8,19 @@ use crate::error::EvaluateError;
 use crate::report::PlacesReport;
 use crate::sink::ScoredPlace;
 
-/// Places below which there is nothing to choose among.
+/// With fewer places a sample is pointless.
 const FEWEST_PLACES: usize = 4;
 
-/// The places that are scored.
+/// The places to score.
 pub(super) struct Places {
-    /// How many there are, and how many of these are passed more than once.
+    /// The number of places, and how many of them are passed more than once.
     pub(super) total: usize,
     revisited_total: usize,
-    /// Those drawn, and what is read for each.
+    /// The drawn places, and the scans to read for each.
     pub(super) drawn: Vec<(ScoredPlace, PlaceScans)>,
-    /// For every place the number in the log of the scan in its middle.
+    /// For every place the number in the log of its middle scan.
     pub(super) middles: Vec<usize>,
-    /// About how many bytes of the log are read for all of it, the index too.
+    /// Approximate number of bytes of the log read in total, including the index.
     pub(super) bytes: u64,
 }
 
@@ -41,7 +41,7 @@ impl Places {
         let bytes: Vec<u64> = scans.iter().map(|place| drive_scans.bytes_of(&place.read)).collect();
         let asked = (share * outline.bytes() as f64) as u64;
         let read = outline.own_bytes_read().unwrap_or(0) + survey::bytes(outline);
-        // All of the log is all places, though most scans are read for several of them.
+        // The whole log covers all places, though most scans are read for several of them.
         let budget_bytes = if share < 1.0 { asked.saturating_sub(read) } else { u64::MAX };
         let revisited: Vec<bool> = places.iter().map(|place| way.is_revisited(place)).collect();
         let numbers = draw(&bytes, &revisited, budget_bytes, seed);

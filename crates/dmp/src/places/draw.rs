@@ -1,13 +1,14 @@
-//! Which places are read: as many as the bytes allow.
+//! Draws the places to read: as many as the byte budget allows.
 
 use crate::sample::{Looks, Sample};
 
-/// Fewer places make intervals that are wide, and on a long drive with few revisits too narrow: see `docs/accuracy.md`.
+/// With fewer places intervals are wide, and on a long drive with few revisits too narrow: see
+/// `docs/accuracy.md`.
 pub(crate) const FEW_PLACES: usize = 20;
 
-/// The numbers of `count` places that `seed` draws, ascending: a systematic sample of those that the way comes back to
-/// followed by the others, so that either kind has its share, evenly spread along the way. `revisited` tells it of every
-/// place.
+/// The numbers of `count` places that `seed` draws, ascending. It is a systematic sample of the revisited
+/// places followed by the others. So each kind has its share, evenly spread along the path. `revisited` has
+/// one flag per place.
 pub fn drawn_places(revisited: &[bool], count: usize, seed: u64) -> Vec<usize> {
     let of = |kind: bool| (0..revisited.len()).filter(move |&place| revisited[place] == kind);
     let order: Vec<usize> = of(true).chain(of(false)).collect();
@@ -17,9 +18,9 @@ pub fn drawn_places(revisited: &[bool], count: usize, seed: u64) -> Vec<usize> {
     drawn
 }
 
-/// As many places as take no more than `budget_bytes`, but never fewer than [`FEW_PLACES`]; `bytes` are those of every
-/// place. How many says nothing of which: a sample that happens to take more is as good as any other, and the number
-/// leaves room for most of them, two standard deviations.
+/// Draws as many places as fit `budget_bytes`, but at least [`FEW_PLACES`]; `bytes` has the size of every
+/// place. The number does not depend on which places are drawn, so a sample may exceed the budget; a margin
+/// of two standard deviations makes that rare.
 pub(super) fn draw(bytes: &[u64], revisited: &[bool], budget_bytes: u64, seed: u64) -> Vec<usize> {
     let all = bytes.len();
     let mean = bytes.iter().map(|&bytes| bytes as f64).sum::<f64>() / all.max(1) as f64;
@@ -76,7 +77,7 @@ mod tests {
 
     #[test]
     fn either_kind_of_place_has_its_share() {
-        // Every fourth, as a systematic sample along the way would meet always or never.
+        // Every fourth, so that a systematic sample along the path would meet always or never.
         let revisited: Vec<bool> = (0..400).map(|k| k % 4 == 0).collect();
         for seed in 0..100 {
             let drawn = drawn_places(&revisited, 40, seed);
@@ -86,7 +87,7 @@ mod tests {
         }
     }
 
-    /// Every place is as likely as any other: what an unbiased estimate needs.
+    /// Every place is equally likely: the condition for an unbiased estimate.
     #[test]
     fn every_place_has_its_chance() {
         let revisited: Vec<bool> = (0..37).map(|k| k % 3 == 0 || k > 30).collect();

@@ -1,4 +1,4 @@
-//! A quick score: of a sample of places along the way, each by itself, so that only the scans that see them are read.
+//! A quick score: scores a sample of places along the path one by one, so that only their scans are read.
 
 mod choice;
 mod draw;
@@ -24,7 +24,7 @@ use crate::own_frame;
 use crate::pairing::Pairing;
 use crate::peak;
 use crate::plan::Drive;
-use crate::report::{Findings, PassTimes, Report, ToldMap, drops_in_words};
+use crate::report::{Findings, MapSummary, PassTimes, Report, drops_in_words};
 use crate::run_state::RunState;
 use crate::sample::{Looks, Sample};
 use crate::setting_name::SettingName;
@@ -37,20 +37,20 @@ use pass::Pass;
 use scans::DriveScans;
 use way::Way;
 
-/// Stamps that are known no better than this, nanoseconds, do not tell where a scan was made.
+/// Stamps with a larger uncertainty, nanoseconds, do not locate a scan.
 const VAGUE_NS: i64 = 1_000_000_000;
 
-/// Scores `runs` on a sample of places of the log that `outline` tells of, drawn by [`Config::seed`], and reads about
-/// `share` of its bytes: the scans near these places, on every pass.
+/// Scores `runs` on a sample of places of the log that `outline` describes, drawn by [`Config::seed`]. Reads
+/// about `share` of the log's bytes: the scans near these places, on every pass.
 ///
-/// A place is ten metres of the way with all passes over it. Its map is made of the scans within 35 m that any run
-/// puts there, every four metres; its own scans, as far apart, are scored. Places do not depend on each other, so the
-/// error of the sampling is that of so many units drawn from all places. What differs from [`evaluate`](crate::evaluate)
-/// is measured in `docs/accuracy.md`.
+/// A place is ten metres of the path with all passes over it. Its map uses the scans that any run puts within
+/// 35 m, one every four metres; its own scans, at the same spacing, are scored. Places are independent, so
+/// the sampling error is that of as many units drawn from all places. `docs/accuracy.md` measures the
+/// differences from [`evaluate`](crate::evaluate).
 ///
 /// # Errors
-/// As [`evaluate`](crate::evaluate); when the drive has too few places, when the stamps in the log's index do not tell
-/// where scans were made, and for settings that need the whole log.
+/// As [`evaluate`](crate::evaluate); when the drive has too few places, when the stamps in the log's index do
+/// not locate scans, and for settings that need the whole log.
 pub fn evaluate_quick<'a>(
     outline: &'a LogOutline,
     runs: &'a [Run],
@@ -77,8 +77,8 @@ pub fn evaluate_quick<'a>(
     drop(pool);
     let plan_s = start.elapsed().as_secs_f64();
 
-    // Every place as a log of its own: its map, and the sums of its returns. The places are the units that the error
-    // of the sampling comes from.
+    // Every place is scored like a separate log: its own map and sums. Places are the units of the sampling
+    // error.
     let pass =
         Pass { scans: &scans, surveyed: &surveyed, asked: runs, settings: &settings, means: &means, watch };
     let (reducer, totals, threads) = pass.run(&sample.drawn, all)?;
@@ -103,7 +103,7 @@ pub fn evaluate_quick<'a>(
     let since = outline.bytes_read().zip(read_before).map(|(now, before)| now - before);
     let bytes_read = since.zip(outline.own_bytes_read()).map(|(since, own)| since + own);
     let fused = FuseTotals { counts: Some(totals.fused), left_out: 0, scratch_bytes: totals.scratch_bytes };
-    // A place has its maps by itself: their tiles are what is in reach, once.
+    // A place has its own maps: their tiles come into reach once.
     let tiles_in_reach = totals.maps.iter().map(|map| map.tiles).sum();
     let scored = Scored {
         frames: totals.scans_scored,
@@ -121,15 +121,15 @@ pub fn evaluate_quick<'a>(
         lattice,
         reducer,
     };
-    let told = |report| ToldMap { report, facts: MapFacts { fused: true, ..MapFacts::default() } };
-    let told_runs = surveyed.runs.iter().zip(totals.maps).map(|(run, report)| run.like(told(report)));
+    let summary = |report| MapSummary { report, facts: MapFacts { fused: true, ..MapFacts::default() } };
+    let report_runs = surveyed.runs.iter().zip(totals.maps).map(|(run, report)| run.like(summary(report)));
     let findings = Findings {
         heads,
         damage: &all_damage(outline, totals.damage),
         settings: &settings,
         means: &means,
         plan: &surveyed.plan,
-        runs: &told_runs.collect::<Vec<_>>(),
+        runs: &report_runs.collect::<Vec<_>>(),
         fused,
         scored: &scored,
         timing,
@@ -139,8 +139,8 @@ pub fn evaluate_quick<'a>(
     Ok(report)
 }
 
-/// About how many bytes of the log [`evaluate_quick`] reads for these runs, what is read twice counted twice. The index and the
-/// trajectories tell it; no scan is read for it.
+/// Approximate number of bytes of the log that [`evaluate_quick`] reads for these runs; bytes read twice
+/// count twice. It is computed from the index and the trajectories; no scan is read.
 ///
 /// # Errors
 /// As [`evaluate_quick`].
@@ -157,10 +157,10 @@ pub fn quick_reads(
     Ok(Places::choose(&scans, &Way::new(&scans), settings.seed, share)?.bytes)
 }
 
-/// A drive, and the runs along it, which have no maps yet.
+/// A drive, and its runs without maps.
 type Placed<'a> = (Drive, Vec<RunState<'a, Option<Store>>>);
 
-/// The drive by the index of the log, and the runs along it.
+/// The drive by the log's index, and its runs.
 fn placed<'a>(
     outline: &'a LogOutline,
     runs: &'a [Run],
@@ -179,7 +179,7 @@ fn placed<'a>(
     Ok((drive, placed))
 }
 
-/// What of the log is lost, as far as was seen: in the order of the places, whichever thread had them.
+/// All damage to the log seen so far, in the order of the places on any number of threads.
 fn all_damage(outline: &LogOutline, mut of_places: Vec<(usize, Damage)>) -> Vec<Damage> {
     of_places.sort_by_key(|(place, _)| *place);
     let mut damage = outline.damage().to_vec();
@@ -191,7 +191,7 @@ fn all_damage(outline: &LogOutline, mut of_places: Vec<(usize, Damage)>) -> Vec<
     damage
 }
 
-/// What a sample of places cannot do.
+/// Rejects settings that a sample of places does not support.
 fn check(runs: &[Run], settings: &Settings, means: &Means, share: f64) -> Result<(), EvaluateError> {
     let bad = |value: String, why| Err(EvaluateError::setting(SettingName::Quick, value, why));
     let sample_scans = |value, why| {
@@ -203,16 +203,16 @@ fn check(runs: &[Run], settings: &Settings, means: &Means, share: f64) -> Result
     }
     let lengths = settings.scales.lengths();
     if !lengths.has_quick {
-        return sample_scans(format!("of a {}", lengths.name), "its places are those of a drive, 10 m long");
+        return sample_scans(format!("of a {}", lengths.name), "its places of 10 m are for drives");
     }
     if runs.iter().any(|run| run.map != MapSource::Fused) {
         return sample_scans("with a given map".into(), "it makes the maps of places itself");
     }
     if settings.sample != Sample::All || settings.decide.is_some() {
-        return bad("with a sample of scans".into(), "it is one or the other");
+        return bad("with a sample of scans".into(), "choose one of them");
     }
     if settings.free_space || means.save_maps.is_some() || means.checkpoint_every.is_some() || means.resume {
-        return bad("with a setting for whole maps".into(), "it makes maps of places, and none of all");
+        return bad("with a setting for whole maps".into(), "it makes maps of places only");
     }
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! Places are scored beside each other, each by one thread.
+//! Scores places in parallel, each on one thread.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -19,7 +19,7 @@ use crate::settings::{Means, Settings};
 use crate::sink::ScoredPlace;
 use crate::watch::Watch;
 
-/// What threads share.
+/// State shared by the threads.
 pub(super) struct Pass<'p> {
     pub(super) scans: &'p DriveScans<'p>,
     pub(super) surveyed: &'p Surveyed<'p>,
@@ -30,7 +30,7 @@ pub(super) struct Pass<'p> {
 }
 
 impl Pass<'_> {
-    /// Scores places, one of them a thread, of `all` that there are. Says how many threads there were.
+    /// Scores places out of `all`, one per thread at a time. Returns the number of threads.
     pub(super) fn run(
         &self,
         drawn: &[(ScoredPlace, PlaceScans)],
@@ -38,7 +38,7 @@ impl Pass<'_> {
     ) -> Result<(Reducer, PlaceTotals, usize), EvaluateError> {
         let needs = self.needs(drawn)?;
         let (threads, means) = needs.share(self.means, drawn.len())?;
-        // What every place writes goes into folders of its own in this one.
+        // Every place writes to its own folder in this one.
         let folder = WorkFolder::new(&self.means.work_folder)?;
         let means = Means { work_folder: folder.path().to_path_buf(), ..means };
         let layout = Layout::new(all, vec![Basis::CrossValidated; self.asked.len()])
@@ -61,7 +61,7 @@ impl Pass<'_> {
             }
             Ok((reducer, totals))
         };
-        // Where one fails, the others begin no other place.
+        // After an error no thread begins another place.
         let stop = |_: &EvaluateError| next.store(drawn.len(), Ordering::Relaxed);
         let done: Vec<Result<(Reducer, PlaceTotals), EvaluateError>> = std::thread::scope(|scope| {
             let threads: Vec<_> = (0..threads).map(|_| scope.spawn(|| work().inspect_err(stop))).collect();
@@ -90,7 +90,7 @@ impl Pass<'_> {
         }
     }
 
-    /// What a thread needs to score one of some places.
+    /// Resources of a thread that scores one of some places.
     fn needs(&self, places: &[(ScoredPlace, PlaceScans)]) -> Result<PlaceNeeds, EvaluateError> {
         let largest_scan = self.surveyed.largest_scan;
         let most_scans = places.iter().map(|(_, scans)| scans.read.len()).max().unwrap_or(0);

@@ -1,4 +1,4 @@
-//! The scans of a drive, as the outline of its log has them, and some of them read.
+//! The scans of a drive by its log's outline, some of them loaded.
 
 use std::collections::{BTreeSet, HashMap};
 
@@ -12,13 +12,13 @@ use crate::run_poses::RunPoses;
 use crate::run_state::{RunState, poses_of};
 use crate::settings::Settings;
 
-/// A drive on a log of which hardly a scan was read. Its scans are named by their ordinals in it.
+/// A drive on a log of which few scans were read. Scans are identified by their ordinals in the drive.
 #[derive(Debug)]
 pub(crate) struct DriveScans<'a> {
     outline: &'a LogOutline,
     drive: &'a Drive,
     runs: &'a [RunState<'a, Option<Store>>],
-    /// By the number of a scan in the log, its ordinal in the drive.
+    /// From a scan's number in the log to its ordinal in the drive.
     ordinals: HashMap<usize, usize>,
 }
 
@@ -40,12 +40,12 @@ impl<'a> DriveScans<'a> {
         self.drive
     }
 
-    /// The runs, with no map yet.
+    /// The runs, without maps.
     pub(crate) fn runs(&self) -> &'a [RunState<'a, Option<Store>>] {
         self.runs
     }
 
-    /// Where the sensor was, for each run.
+    /// The sensor's poses in each run.
     pub(crate) fn poses(&self) -> impl Iterator<Item = &'a RunPoses> {
         poses_of(self.runs)
     }
@@ -54,19 +54,19 @@ impl<'a> DriveScans<'a> {
         &self.outline.scans()[self.drive.frames()[ordinal].number]
     }
 
-    /// For every scan what it is packed in.
+    /// For every scan the group it is packed in.
     pub(crate) fn groups(&self) -> Vec<u32> {
         (0..self.drive.frames().len()).map(|ordinal| self.outlined(ordinal).group).collect()
     }
 
-    /// Bytes that reading these scans takes.
+    /// Bytes to read for these scans.
     pub(crate) fn bytes_of(&self, ordinals: &[usize]) -> u64 {
         let scans = ordinals.iter().map(|&ordinal| self.outlined(ordinal));
         let groups: BTreeSet<(u32, u64)> = scans.map(|scan| (scan.group, scan.bytes)).collect();
         groups.iter().map(|(_, bytes)| bytes).sum()
     }
 
-    /// Reads these scans and holds them.
+    /// Loads these scans into memory.
     pub(crate) fn load(&self, ordinals: &[usize]) -> Result<MemoryLog, EvaluateError> {
         let number = |&ordinal: &usize| self.drive.frames()[ordinal].number;
         let mut numbers: Vec<usize> = ordinals.iter().map(number).collect();
@@ -74,8 +74,8 @@ impl<'a> DriveScans<'a> {
         Ok(self.outline.load(&numbers)?)
     }
 
-    /// Scans that were read as they are used, with their ordinals: at their own stamps, in the drive's segments; and
-    /// the returns of those that have no pose there.
+    /// Loaded scans as planned frames with their ordinals, at their own stamps and in the drive's segments;
+    /// and the number of returns of scans without a pose.
     pub(crate) fn frames_of(
         &self,
         log: &MemoryLog,

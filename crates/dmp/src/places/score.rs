@@ -1,4 +1,4 @@
-//! One place: its map, fused from the scans around it, and its own scans cast into that.
+//! Scores one place: fuses its map from the scans around it and casts its own scans into that map.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -27,29 +27,29 @@ use crate::sink::{ScoredReturns, Sink};
 use crate::watch::Watch;
 use crate::work::Work;
 
-/// What scores places: one thread's.
+/// The place scorer of one thread.
 pub(super) struct PlaceScorer<'a> {
     pub(super) scans: &'a DriveScans<'a>,
-    /// What holds for all places: voxels, filter.
+    /// The plan common to all places: voxels, filter.
     pub(super) plan: &'a Plan,
     pub(super) asked: &'a [Run],
     pub(super) runs: &'a [RunState<'a, Option<Store>>],
     pub(super) settings: &'a Settings,
-    /// This thread's share, and what a place has beside its scans, at most.
+    /// This thread's share of the memory, and a bound for a place without its scans.
     pub(super) means: &'a Means,
     pub(super) extent: Extent,
     pub(super) watch: Watch<'a>,
 }
 
-/// What comes of places.
+/// Totals over places.
 #[derive(Debug, Clone)]
 pub(super) struct PlaceTotals {
-    /// Returns of the scans that were fused, and of those that were scored.
+    /// Returns of the fused scans, and of the scored scans.
     pub(super) fused: ReturnCounts,
     pub(super) scored: ReturnCounts,
     pub(super) scans_read: u64,
     pub(super) scans_scored: u64,
-    /// Scans that turned out to have no pose in some run.
+    /// Returns of scans that, once read, have no pose in some run.
     pub(super) unposed_returns: u64,
     pub(super) tiles: HashMap<(usize, TileId), RunSums>,
     pub(super) maps: Vec<MapReport>,
@@ -58,7 +58,7 @@ pub(super) struct PlaceTotals {
     pub(super) tile_loads: u64,
     pub(super) fuse_s: f64,
     pub(super) cast_s: f64,
-    /// What is lost, and at which place that was seen.
+    /// Damage, and the place at which it was seen.
     pub(super) damage: Vec<(usize, Damage)>,
     pub(super) lattice: Option<Lattice>,
 }
@@ -106,7 +106,7 @@ impl PlaceTotals {
 }
 
 impl PlaceScorer<'_> {
-    /// Reads, fuses and casts the place of this number; `totals` take what is not its sums.
+    /// Reads, fuses and casts the place of this number; adds everything but its sums to `totals`.
     pub(super) fn score(
         &self,
         number: usize,
@@ -127,7 +127,7 @@ impl PlaceScorer<'_> {
         totals.unposed_returns += unposed_returns;
         totals.damage.extend(log.summary().damage.iter().map(|lost| (number, lost.clone())));
         if !(0..frames.len()).any(|ordinal| scored.contains(ordinal)) {
-            // Nothing of the place itself can be read: what lies around it is of no use.
+            // Nothing of the place itself can be read: its surroundings are of no use.
             let returns = frames.iter().map(|frame| frame.returns).sum();
             totals.fused.add_dropped(DropReason::ScanNotSampled, returns);
             return Ok(watch.sums());
@@ -136,7 +136,7 @@ impl PlaceScorer<'_> {
         Ok(watch.sums())
     }
 
-    /// Fuses some scans, and casts those that are to be scored.
+    /// Fuses some scans and casts the scored ones.
     fn evaluate(
         &self,
         log: &MemoryLog,
@@ -172,7 +172,7 @@ impl PlaceScorer<'_> {
     }
 }
 
-/// Watches one place of many, whose stages are those of the whole, and adds up its scans.
+/// Watches one place among many and adds up its scans; its stages are not reported.
 struct InPlace<'a> {
     whole: Watch<'a>,
     sums: Mutex<FrameSums>,

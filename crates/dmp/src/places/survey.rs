@@ -1,4 +1,4 @@
-//! What holds for all places: the vehicle, the voxels.
+//! Surveys what is common to all places: the vehicle and the voxel edge.
 
 use std::collections::BTreeSet;
 
@@ -19,27 +19,27 @@ use crate::sink::ScoredPlace;
 /// Scans that vote on the vehicle.
 const VOTERS: usize = 30;
 
-/// About how many bytes are read for it.
+/// Approximate number of bytes read for the survey.
 pub(super) fn bytes(outline: &LogOutline) -> u64 {
     let scans = outline.scans();
     let packed: u64 = scans.chunk_by(|a, b| a.group == b.group).map(|group| group[0].bytes).sum();
     let groups = scans.last().map_or(1, |scan| u64::from(scan.group) + 1);
     let in_a_group = (scans.len() as u64).div_ceil(groups).max(1);
     let of_pass = (BLOCK_SCANS as u64).div_ceil(in_a_group) + 1;
-    // It reads twice, whatever there is at most.
+    // At most twice, whatever the size.
     ((VOTERS as u64 + BLOCKS as u64 * of_pass) * packed / groups).min(2 * packed)
 }
 
-/// What holds for all places.
+/// The survey's results for all places.
 pub(super) struct Surveyed<'a> {
     pub(super) plan: Plan,
     /// The runs.
     pub(super) runs: Vec<RunState<'a, Option<Store>>>,
-    /// Returns of the largest scan that was looked at.
+    /// Number of returns of the largest scan read.
     pub(super) largest_scan: u64,
 }
 
-/// Reads a few scans of the places drawn and looks at them.
+/// Reads a few scans of the drawn places and surveys them.
 pub(super) fn look<'a>(
     scans: &DriveScans<'a>,
     way: &Way,
@@ -76,7 +76,7 @@ pub(super) fn look<'a>(
     Ok(Surveyed { plan, runs, largest_scan })
 }
 
-/// Scans that were read, and how they are used.
+/// Loaded scans as planned frames.
 struct Held {
     log: MemoryLog,
     frames: Vec<(usize, PlannedFrame)>,
@@ -102,7 +102,7 @@ impl Held {
         wanted.map(|(_, frame)| *frame).collect()
     }
 
-    /// Most and mean returns of a scan.
+    /// Largest and mean number of returns of a scan.
     fn returns(&self) -> (u64, u64) {
         let returns = || self.log.frames().iter().map(|frame| frame.returns);
         let count = returns().count().max(1) as u64;

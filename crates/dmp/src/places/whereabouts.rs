@@ -1,8 +1,8 @@
-//! Where a run has the scans of a drive.
+//! Positions of a drive's scans in a run, by grid cell.
 
 use std::collections::HashMap;
 
-/// Where a run has the scans, by cells of the plane.
+/// Positions of the scans in a run, by cells of the plane.
 #[derive(Debug)]
 pub(super) struct Whereabouts {
     pub(super) in_world_m: Vec<[f64; 3]>,
@@ -30,7 +30,7 @@ impl Whereabouts {
         Self::cell([x, y])
     }
 
-    /// The cells that hold what is within `radius_m`, at most a cell's edge.
+    /// The cells that cover `radius_m`, at most a cell's edge.
     pub(super) fn cells_around([x, y, _]: [f64; 3], radius_m: f64) -> impl Iterator<Item = [i64; 2]> + use<> {
         let (low, high) =
             (Self::cell([x - radius_m, y - radius_m]), Self::cell([x + radius_m, y + radius_m]));

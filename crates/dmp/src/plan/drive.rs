@@ -1,4 +1,4 @@
-//! How the sensor went, before a scan is read.
+//! The path of the sensor, known before a scan is read.
 
 use super::segments::{Segments, cut_segments, median, take_segments};
 use super::select::{Selection, select};
@@ -9,22 +9,22 @@ use crate::run_poses::RunPoses;
 use crate::run_state::{RunState, poses_of};
 use crate::settings::Settings;
 
-/// What log and trajectories say of a drive before a scan is read.
+/// The drive by log and trajectories, before a scan is read.
 #[derive(Debug, Clone)]
 pub(crate) struct Drive {
-    /// Which scans are in use, and what became of the others.
+    /// Which scans are in use, and why the others are not.
     pub(crate) selection: Selection,
-    /// How the drive is cut.
+    /// The segments.
     pub(crate) segments: Segments,
-    /// For each scan in use the way up to it, metres: the median over the runs from scan to scan, added up.
+    /// For each scan in use the path length up to it, metres: the median over the runs per step, accumulated.
     pub(crate) along_m: Vec<f64>,
 }
 
 impl Drive {
-    /// Looks at the heads of a log's scans and at the runs, which get to know how many scans have no pose in them.
+    /// Reads the heads of a log's scans; each run gets its number of scans without a pose.
     ///
     /// # Errors
-    /// When a run and the log do not belong together, or nothing is left.
+    /// When a run and the log do not belong together, or no scan remains.
     pub(crate) fn new<M>(
         heads: Heads<'_>,
         runs: &mut [RunState<'_, M>],
@@ -53,7 +53,7 @@ impl Drive {
     }
 }
 
-/// The way from each scan to the next: the median over the runs.
+/// The distance from each scan to the next: the median over the runs.
 fn steps_m<M>(frames: &[PlannedFrame], runs: &[RunState<'_, M>]) -> Vec<f64> {
     let place = |frame: &PlannedFrame, run: &RunPoses| Some(run.of_frame(frame)?.translation.vector);
     let step = |pair: &[PlannedFrame]| {

@@ -1,4 +1,4 @@
-//! What is decided before anything is scored: which scans, which returns, which voxels and segments.
+//! Decisions before scoring: which scans, returns, voxels and segments are used.
 
 mod drive;
 mod segments;
@@ -21,29 +21,28 @@ pub(crate) use segments::Segments;
 pub(crate) use select::Selection;
 pub(crate) use survey::{BLOCK_RETURNS, BLOCK_SCANS, BLOCKS, Survey, VoxelChoice, block_of, spread};
 
-/// What is decided before anything is scored, once for all runs.
+/// The decisions before scoring, made once for all runs.
 #[derive(Debug, Clone)]
 pub(crate) struct Plan {
-    /// Which scans, and what became of the others.
+    /// Which scans are in use, and why the others are not.
     pub(crate) selection: Selection,
-    /// How the drive is cut.
+    /// The segments.
     pub(crate) segments: Segments,
-    /// For each scan in use the way up to it, metres.
+    /// For each scan in use the path length up to it, metres.
     pub(crate) along_m: Vec<f64>,
     /// Which returns are used.
     pub(crate) filter: ReturnFilter,
-    /// The voxel edge and how it was chosen.
+    /// The voxel edge and its origin.
     pub(crate) voxel: VoxelChoice,
     /// Which of the scans are scored.
     pub(crate) looks: Looks,
 }
 
 impl Plan {
-    /// Looks at log and runs and decides; `voxel_m` is the edge of voxels where that is decided already. Reads a sample of
-    /// scans.
+    /// Plans from log and runs; `voxel_m` is the voxel edge if it is already known. Reads a sample of scans.
     ///
     /// # Errors
-    /// When a run and the log do not belong together, or nothing is left.
+    /// When a run and the log do not belong together, or no scan remains.
     pub(crate) fn new<M>(
         log: &dyn ScanLog,
         runs: &mut [RunState<'_, M>],
@@ -55,14 +54,15 @@ impl Plan {
         let drive = Drive::new(Heads::Log(log), runs, settings)?;
         let (frames, segments) = (drive.frames(), &drive.segments);
         let survey = Survey { log, settings, pool, progress };
-        // At equal steps of the way, not of time: a vehicle that stands sees everything keep its place.
+        // At equal steps of distance, not of time: while a vehicle stands, static returns look like its own
+        // body.
         let starts = segments.starts.iter().map(|&ordinal| frames[ordinal]);
         let filter = survey.filter(&starts.collect::<Vec<_>>(), segments.travel_m)?;
         let voxel = survey.voxel(voxel_m, &survey::blocks_of(frames), runs, &filter)?;
         Ok(Self::surveyed(drive, filter, voxel, settings))
     }
 
-    /// The plan of a drive of which scans were looked at.
+    /// The plan of a drive whose scans were surveyed.
     pub(crate) fn surveyed(
         drive: Drive,
         filter: ReturnFilter,
@@ -90,7 +90,7 @@ impl Plan {
         Reading { log, frames: self.frames(), order: means.order, progress }
     }
 
-    /// Returns of some of them.
+    /// Number of returns of some of them.
     pub(crate) fn returns_of(&self, frames: &FrameSet) -> u64 {
         frames.iter().map(|ordinal| self.frames()[ordinal].returns).sum()
     }

@@ -1,4 +1,4 @@
-//! How the drive is cut into segments.
+//! Cuts a drive into segments.
 
 use std::collections::HashMap;
 
@@ -10,26 +10,26 @@ use crate::report::SegmentReport;
 use crate::segment_length::SegmentLength;
 use crate::setting_name::SettingName;
 
-/// How the drive is cut into segments, the same for all runs.
+/// The segments of a drive, the same for all runs.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Segments {
-    /// Length asked for or found; `None` where every scan is a segment of its own.
+    /// Length given or chosen; `None` where every scan is its own segment.
     pub(crate) length: Option<SegmentLength>,
-    /// Whether a length was asked for.
+    /// Whether a length was given.
     pub(crate) given: bool,
     /// Ordinals of the frames that begin a segment.
     pub(crate) starts: Vec<usize>,
-    /// The median over the runs of the way from scan to scan, added up, metres.
+    /// The path length, metres: the median over the runs per step, accumulated.
     pub(crate) travel_m: f64,
 }
 
-/// How many segments a short drive is cut into.
+/// Number of segments of a short drive.
 const SEGMENTS: f64 = 16.0;
-/// With fewer segments, or less travel on a drive, every scan is a segment of its own.
+/// With fewer segments, or less travel on a drive, every scan is its own segment.
 const MIN_SEGMENTS: usize = 8;
 const MIN_TRAVEL_M: f64 = 1.0;
 
-/// Cuts the drive and gives every frame its segment. `steps_m` is the way from each frame to the next.
+/// Cuts the drive and numbers every frame's segment. `steps_m` is the distance from each frame to the next.
 pub(super) fn cut_segments(
     steps_m: &[f64],
     asked: Option<SegmentLength>,
@@ -55,7 +55,7 @@ pub(super) fn cut_segments(
     Segments { length: is_cut.then_some(length), given: asked.is_some(), starts, travel_m }
 }
 
-/// The ordinals with which segments of this length begin, given the steps from frame to frame in the same unit.
+/// The ordinals at which segments of this length begin; `steps` are between frames, in the same unit.
 fn starts_of(steps: impl Iterator<Item = f64>, length: f64) -> Vec<usize> {
     let mut starts = vec![0];
     if length > 0.0 {
@@ -72,8 +72,8 @@ fn starts_of(steps: impl Iterator<Item = f64>, length: f64) -> Vec<usize> {
     starts
 }
 
-/// The same by the stamps, in whole nanoseconds: a segment begins with the first frame of each stretch of time that has
-/// one. A log without stamps has one segment.
+/// The same by stamps, in whole nanoseconds: a segment begins with the first frame of each non-empty
+/// interval. A log without stamps has one segment.
 fn starts_by_time(frames: &[PlannedFrame], length_s: f64) -> Vec<usize> {
     let length_ns = ((length_s * 1e9).round() as i64).max(1);
     let first_ns = frames.first().and_then(|frame| frame.stamp_ns);
@@ -83,10 +83,10 @@ fn starts_by_time(frames: &[PlannedFrame], length_s: f64) -> Vec<usize> {
     std::iter::once(0).chain(later).collect()
 }
 
-/// Gives every frame its segment of another evaluation, as its report has them.
+/// Assigns every frame its segment from another evaluation's report.
 ///
 /// # Errors
-/// When they do not begin with the first frame, or with a scan that is none of the frames, or out of their order.
+/// When they do not begin with the first frame, begin with a scan not in use, or are out of order.
 pub(super) fn take_segments(
     given: &SegmentReport,
     frames: &mut [PlannedFrame],
@@ -104,18 +104,18 @@ pub(super) fn take_segments(
             None if ordinal > 0 => {
                 return Err(bad(scan, "the first segment must begin with the first scan in use"));
             }
-            Some(&last) if ordinal <= last => return Err(bad(scan, "segments must follow each other")),
+            Some(&last) if ordinal <= last => return Err(bad(scan, "segments must ascend")),
             _ => starts.push(ordinal),
         }
     }
     if starts.is_empty() {
-        return Err(bad(0, "there must be one at least"));
+        return Err(bad(0, "there must be at least one"));
     }
     number(frames, &starts);
     Ok(Segments { length: given.length(), given: false, starts, travel_m: given.travel_m })
 }
 
-/// Gives every frame the number of its segment, these being the ordinals with which segments begin.
+/// Numbers every frame's segment, given the ordinals at which segments begin.
 fn number(frames: &mut [PlannedFrame], starts: &[usize]) {
     let mut segment = -1;
     let mut next = starts.iter().peekable();
@@ -195,9 +195,9 @@ mod tests {
         assert!(cut.iter().map(|frame| frame.segment).eq([0, 0, 0, 1, 2, 2, 2, 2, 2, 2]));
         for (starts, words) in [
             (vec![0, 7], "segments from scan 7: a segment cannot begin there"),
-            (vec![0, 6, 6], "segments from scan 6: segments must follow"),
+            (vec![0, 6, 6], "segments from scan 6: segments must ascend"),
             (vec![2, 6], "segments from scan 2: the first segment"),
-            (vec![], "there must be one"),
+            (vec![], "there must be at least one"),
         ] {
             let error = take_segments(&given(&starts), &mut planned()).unwrap_err().to_string();
             assert!(error.contains(words), "{error}");

@@ -1,4 +1,4 @@
-//! Which scans are in use.
+//! Selects the scans in use.
 
 use dmp_log::{StampJump, stamp_jumps};
 
@@ -10,28 +10,28 @@ use crate::run_state::RunState;
 use crate::settings::Settings;
 use crate::unposed::Unposed;
 
-/// Share of the scans that must have a pose in a run; below, the two hardly belong together.
+/// Least share of scans with a pose in a run; below it, log and run probably do not belong together.
 const MIN_POSED_SHARE: f64 = 0.05;
 
-/// The scans to be scored, and what became of the others.
+/// The scans to score, and why the others are not scored.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Selection {
-    /// The scans that were asked for and have a pose in every run, in order of time.
+    /// The selected scans with a pose in every run, in order of time.
     pub(crate) frames: Vec<PlannedFrame>,
-    /// Returns of scans that were not asked for.
+    /// Returns of scans that were not selected.
     pub(crate) unselected_returns: u64,
     /// Returns of scans that lack a pose in some run.
     pub(crate) unposed_returns: u64,
-    /// How often the log's stamps go backwards.
+    /// Number of backward steps of the log's stamps.
     pub(crate) out_of_order: usize,
     /// Scans with the stamp of another.
     pub(crate) same_stamp: usize,
-    /// Where the log's stamps jump, whatever scans of it are in use.
+    /// Where the log's stamps jump, whether those scans are in use or not.
     pub(crate) stamp_jumps: Vec<StampJump>,
 }
 
-/// The scans that were asked for and have a pose in every run, near enough in time; the runs get to know how many they have
-/// none for.
+/// Selects the requested scans with a pose in every run, near enough in time. Each run gets its number of
+/// scans without a pose.
 pub(super) fn select<M>(
     heads: Heads<'_>,
     runs: &mut [RunState<'_, M>],
@@ -91,8 +91,8 @@ pub(super) fn select<M>(
     Ok(selection)
 }
 
-/// What brings the log's span to the trajectory's: clocks differ by whole seconds more often than not, so these
-/// where as much is in common as with the beginnings put together.
+/// The shift from the log's time span to the trajectory's. Clocks mostly differ by whole seconds, so a whole
+/// shift is returned where it overlaps as much as aligning the beginnings.
 fn shift_of_clocks(log: (i64, i64), run: (i64, i64)) -> i64 {
     const SECOND_NS: i64 = 1_000_000_000;
     let shift_ns = run.0.saturating_sub(log.0);

@@ -1,4 +1,4 @@
-//! What is decided by looking at a few scans: the vehicle and the voxels.
+//! Decisions from a few scans: the vehicle's own returns and the voxel edge.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -18,36 +18,35 @@ use crate::settings::Settings;
 
 /// Scans that vote on the vehicle, spread evenly over the log.
 const EGO_SCANS: usize = 50;
-/// Blocks of successive scans in which the density is looked at, scans of one, and where one ends at
-/// the latest.
+/// Number of blocks of successive scans for the density, scans per block, and the largest extent of a block.
 pub(crate) const BLOCKS: usize = 5;
 pub(crate) const BLOCK_SCANS: usize = 20;
 pub(crate) const BLOCK_RETURNS: u64 = 1_000_000;
-/// The share of returns in filled voxels that is enough for a voxel edge.
+/// The share of returns in filled voxels that suffices for a voxel edge.
 const FILLED_SHARE: f64 = 0.7;
 
-/// The voxel edge and why it is that.
+/// The voxel edge and its reason.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct VoxelChoice {
     /// The edge v, metres.
     pub(crate) voxel_m: f64,
-    /// Share of returns in voxels with three or more in the sampled blocks; `None` where it was given.
+    /// Share of returns in voxels with three or more in the sampled blocks; `None` if the edge was given.
     pub(crate) filled_share: Option<f64>,
 }
 
-/// Looks at scans of a log.
+/// Surveys scans of a log.
 #[derive(Clone, Copy)]
 pub(crate) struct Survey<'a> {
     pub(crate) log: &'a dyn ScanLog,
     pub(crate) settings: &'a Settings,
-    /// Works on as many threads.
+    /// Its number of threads is used.
     pub(crate) pool: &'a rayon::ThreadPool,
     pub(crate) progress: &'a dyn Progress,
 }
 
 impl Survey<'_> {
-    /// Which returns are used: the ranges, and the vehicle as it is given or as some of the `voters` find it, scans
-    /// from all along the way.
+    /// Which returns are used: the ranges, and the vehicle as given or as some `voters`, scans along the
+    /// whole path, detect it.
     pub(crate) fn filter(
         &self,
         voters: &[PlannedFrame],
@@ -71,9 +70,10 @@ impl Survey<'_> {
         Ok(filter)
     }
 
-    /// The voxel edge that was asked for, or the smallest at which enough returns of some run share their voxel with two
-    /// others: a poor trajectory scatters what a good one gathers, and density is a matter of the sensor and the drive.
-    /// One run and one edge at a time, since each takes memory for a whole block of scans.
+    /// The given voxel edge, or the smallest at which enough returns of some run share a voxel with two
+    /// others. The best run decides: a poor trajectory scatters returns, but density depends on the sensor
+    /// and the drive. Tries one run and one edge at a time, since each needs memory for a whole block of
+    /// scans.
     pub(crate) fn voxel<M>(
         &self,
         asked_m: Option<f64>,
@@ -93,7 +93,7 @@ impl Survey<'_> {
             for run in runs {
                 self.progress.begin(Stage::Survey, scans as u64);
                 let share = match self.filled_share(blocks, lattice, run, filter) {
-                    // The world of small voxels is small.
+                    // Small voxels span a small world.
                     Err(EvaluateError::Map { source: MapError::OutOfWorld { .. }, .. })
                         if k + 1 < voxels_m.len() =>
                     {
@@ -135,7 +135,8 @@ impl Survey<'_> {
         Ok(probe.filled_share())
     }
 
-    /// Hands the `wanted` of some frames to workers, as many as the pool has threads and no more than there are frames.
+    /// Hands the `wanted` returns of some frames to workers: one per thread of the pool, at most one per
+    /// frame.
     fn each_frame<W: Worker>(
         &self,
         frames: &[PlannedFrame],
@@ -167,7 +168,7 @@ impl Worker for Voter<'_> {
     }
 }
 
-/// Puts the returns of scans where a run has them.
+/// Transforms the returns of scans into a run's world.
 struct Locator<'s> {
     poser: Poser<'s>,
     probe: &'s DensityProbe,
@@ -193,7 +194,7 @@ pub(crate) fn spread(total: usize, count: usize) -> Vec<usize> {
     (0..count).map(|k| k * total / count).collect()
 }
 
-/// Blocks of successive frames, evenly spread over the log, none of them over another.
+/// Blocks of successive frames, evenly spread over the log, without overlap.
 pub(crate) fn blocks_of(frames: &[PlannedFrame]) -> Vec<&[PlannedFrame]> {
     let (mut blocks, mut done) = (Vec::new(), 0);
     for start in spread(frames.len(), BLOCKS) {
@@ -207,7 +208,7 @@ pub(crate) fn blocks_of(frames: &[PlannedFrame]) -> Vec<&[PlannedFrame]> {
     blocks
 }
 
-/// As many of the first of these frames as a block has.
+/// The first of these frames, as many as a block has.
 pub(crate) fn block_of(frames: &[PlannedFrame]) -> &[PlannedFrame] {
     let (mut end, mut returns) = (0, 0);
     while end < frames.len() && end < BLOCK_SCANS && returns < BLOCK_RETURNS {

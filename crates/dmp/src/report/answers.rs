@@ -51,7 +51,7 @@ impl Report {
     /// ```
     /// use dmp::{Best, Report};
     ///
-    /// fn told(report: &Report) -> String {
+    /// fn in_words(report: &Report) -> String {
     ///     match report.best() {
     ///         Some(Best::Run(run)) => format!("{} made the best map", run.name),
     ///         Some(Best::Tie(runs)) => format!("it is one of {} runs", runs.len()),

@@ -2,20 +2,18 @@
 
 use dmp_log::{Damage, shown_path};
 use dmp_map::Store;
-use dmp_reduce::{Basis, Comparison, Comparisons, Estimate, Margin, RunSums, log_likelihood_raw};
+use dmp_reduce::{Comparison, Comparisons, Margin, RunSums, log_likelihood_raw};
 use dmp_sensor::{DepthNoise, DropReason, ReturnCounts};
 
 use super::contents::Report;
 use super::effort::{MemoryReport, PassTimes, TileReport};
 use super::ego::EgoReport;
 use super::inputs::{DropReport, InputReport, RunInputReport};
-use super::pair::{PairFacts, PairReport, interval_of};
-use super::run::{FreeSpaceReport, MapReport, RunReport};
+use super::pair::{PairFacts, PairReport};
+use super::run::{FreeSpaceReport, MapReport, RunFacts, RunReport};
 use super::sampling::SamplingReport;
-use super::scores::ScaleScores;
 use super::settings::{ConfigReport, DepthNoiseReport, PromiseReport, SegmentReport};
 use super::warnings;
-use super::withheld::Withheld;
 use crate::cast::{Scored, horizon_m};
 use crate::config::MapSource;
 use crate::evaluation::FuseTotals;
@@ -28,9 +26,9 @@ use crate::settings::{Means, Settings};
 use crate::seven::seven;
 use crate::work::MapFacts;
 
-/// What is told of a run's map.
+/// What the report has of a run's map.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct ToldMap {
+pub(crate) struct MapSummary {
     pub(crate) report: MapReport,
     pub(crate) facts: MapFacts,
 }
@@ -61,7 +59,7 @@ pub(crate) fn drops_in_words(counts: &ReturnCounts) -> String {
     format!("{}{implausible}", parts.join(", "))
 }
 
-/// Everything that an evaluation came to.
+/// All results of an evaluation.
 #[derive(Clone, Copy)]
 pub(crate) struct Findings<'a> {
     pub(crate) heads: Heads<'a>,
@@ -70,14 +68,14 @@ pub(crate) struct Findings<'a> {
     pub(crate) settings: &'a Settings,
     pub(crate) means: &'a Means,
     pub(crate) plan: &'a Plan,
-    pub(crate) runs: &'a [RunState<'a, ToldMap>],
+    pub(crate) runs: &'a [RunState<'a, MapSummary>],
     pub(crate) fused: FuseTotals,
     pub(crate) scored: &'a Scored,
     pub(crate) timing: PassTimes,
 }
 
 impl Findings<'_> {
-    /// The report of an evaluation; what is known of the disk is left to be told.
+    /// The report of an evaluation; what is known of the disk is added later.
     pub(crate) fn report(&self) -> Report {
         let Self { settings, plan, runs, fused, scored, timing, .. } = *self;
         let reducer = &scored.reducer;
@@ -89,7 +87,7 @@ impl Findings<'_> {
             .filter(|pair| pair[0].tied_with_next)
             .map(|pair| [name(pair[0].run), name(pair[1].run)])
             .collect();
-        let votes = |run: &RunState<'_, ToldMap>| run.map.facts.trails.is_some_and(|trails| trails.votes);
+        let votes = |run: &RunState<'_, MapSummary>| run.map.facts.trails.is_some_and(|trails| trails.votes);
         let mut report = Report {
             schema: Report::SCHEMA.to_owned(),
             dmp_version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -183,7 +181,7 @@ impl Findings<'_> {
         let Self { heads, damage, settings, plan, runs, .. } = *self;
         let counts = &self.scored.counts;
         let summary = heads.summary();
-        let run_input = |state: &RunState<'_, ToldMap>| {
+        let run_input = |state: &RunState<'_, MapSummary>| {
             let run = state.run;
             RunInputReport {
                 name: run.name.clone(),
@@ -250,38 +248,18 @@ impl Findings<'_> {
 
     fn run(&self, run: usize) -> RunReport {
         let Self { settings: config, runs, scored, .. } = *self;
-        let has_depth = self.has_depth();
         let scores = scored.reducer.scores(run, config.confidence);
-        let sums = &scores.sums;
-        let basis = scored.reducer.layout().bases()[run];
-        let withheld = sums.r_cv_withheld(basis);
-        let given = withheld.is_none();
-        let value =
-            |(scale_m, score): (f64, Option<Estimate>)| (scale_m, score.map(|estimate| estimate.value_m2));
-        let cv = ScaleScores::new(scores.r_cv_m2.map(|(m, score)| value((m, score.filter(|_| given)))));
-        let near = ScaleScores::new(scores.r_near_m2.map(value));
-        let cross_validated = |share: Option<f64>| share.filter(|_| basis == Basis::CrossValidated);
-        RunReport {
-            name: runs[run].run.name.clone(),
-            returns: sums.returns(),
-            frames: scored.frames as usize,
-            dmp_sum_m2: sums.dmp_sum_m2(),
-            dmp_mean_m2: sums.dmp_mean_m2(),
-            dmp_depth_sum_m2: has_depth.then(|| sums.dmp_depth_sum_m2()),
-            dmp_depth_mean_m2: sums.dmp_depth_mean_m2().filter(|_| has_depth),
-            r_cv_m2: cv,
-            r_cv_interval_m2: scores.r_cv_m2[0].1.filter(|_| given).and_then(interval_of),
-            r_cv_withheld: withheld.map(Withheld::Known),
-            r_near_m2: near,
-            r_near_interval_m2: scores.r_near_m2[0].1.and_then(interval_of),
-            miss_rate: sums.miss_rate(),
-            blocked_rate: sums.blocked_rate(),
-            coverage: cross_validated(sums.coverage()),
-            coverage_revisit: cross_validated(sums.coverage_revisit()),
-            log_likelihood_raw: self.log_likelihood(sums),
-            map: runs[run].map.report.clone(),
-            warnings: Vec::new(),
-        }
+        RunReport::of(
+            &scores,
+            RunFacts {
+                name: runs[run].run.name.clone(),
+                frames: scored.frames as usize,
+                basis: scored.reducer.layout().bases()[run],
+                has_depth: self.has_depth(),
+                log_likelihood: self.log_likelihood(&scores.sums),
+                map: runs[run].map.report.clone(),
+            },
+        )
     }
 
     fn pair(&self, pair: &Comparison) -> PairReport {

@@ -9,7 +9,6 @@ use super::pair::PairReport;
 use super::run::{FreeSpaceReport, RunReport};
 use super::sampling::SamplingReport;
 use super::settings::{ConfigReport, PromiseReport};
-use super::warning::Warning;
 use crate::drift::DriftReport;
 
 /// What an evaluation found. Serialised, it is the command's JSON: schema `dmp-score/2`, described in
@@ -46,7 +45,7 @@ pub struct Report {
     /// How much of the log was scored.
     pub sampling: SamplingReport,
     /// What a reader must know before believing any of it.
-    pub warnings: Vec<Warning>,
+    pub warnings: Vec<String>,
     /// How long it took.
     pub timing: PassTimes,
     /// What it needed.

@@ -2,6 +2,7 @@
 
 mod answers;
 mod build;
+mod columns;
 mod contents;
 mod conventions;
 mod effort;
@@ -15,11 +16,11 @@ mod sampling;
 mod scores;
 mod settings;
 mod verdict;
-mod warning;
 mod warnings;
 mod withheld;
 
 pub use answers::Best;
+pub use columns::{COLUMNS, Column, ColumnUnit, columns_by_rank};
 pub use contents::Report;
 pub use conventions::{ConventionsReport, EstimateReport, LeftOutReport};
 pub use effort::{MemoryReport, PassTimes, TileReport};
@@ -31,8 +32,7 @@ pub use sampling::{PlacesReport, SamplingReport};
 pub use scores::ScaleScores;
 pub use settings::{ConfigReport, DepthNoiseReport, PromiseReport, SegmentReport};
 pub use verdict::Verdict;
-pub use warning::Warning;
 pub use withheld::Withheld;
 
-pub(crate) use build::{Findings, ToldMap, drops_in_words, map_report, segment_report};
+pub(crate) use build::{Findings, MapSummary, drops_in_words, map_report, segment_report};
 pub(crate) use pair::PairFacts;

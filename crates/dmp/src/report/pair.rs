@@ -31,7 +31,7 @@ pub struct PairReport {
     pub places_needed: Option<u64>,
 }
 
-/// What a pair is told with, beside what was found of it. Runs go by their numbers.
+/// What the report of a pair needs beside its comparison. Runs go by their numbers.
 #[derive(Clone, Copy)]
 pub(crate) struct PairFacts<'a> {
     pub(crate) name: &'a dyn Fn(usize) -> String,
@@ -45,7 +45,7 @@ pub(crate) struct PairFacts<'a> {
 }
 
 impl PairReport {
-    /// What was found of a pair, as it is told.
+    /// The report of a comparison.
     pub(crate) fn of(pair: &Comparison, facts: PairFacts<'_>) -> Self {
         let PairFacts { name, log_likelihood, scan_of_unit, scales, of_places } = facts;
         let scale = |scale: &ScaleComparison| ScaleReport {

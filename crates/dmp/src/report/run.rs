@@ -1,11 +1,14 @@
 //! The scores and the map of a run, in a report.
 
-use dmp_reduce::Basis;
+use dmp_reduce::{Basis, Estimate, RunScores};
 use serde::{Deserialize, Serialize};
 
+use super::pair::interval_of;
 use super::scores::ScaleScores;
-use super::warning::Warning;
 use super::withheld::Withheld;
+
+/// Below this share of returns seen on another visit, drift cannot be judged.
+const REVISIT_NEEDED: f64 = 0.05;
 
 /// The scores of a run; squares in m². Null where there is nothing to divide by.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -51,10 +54,60 @@ pub struct RunReport {
     #[serde(flatten)]
     pub map: MapReport,
     /// What to know of this run.
-    pub warnings: Vec<Warning>,
+    pub warnings: Vec<String>,
+}
+
+/// What is known of a run beside its sums.
+#[derive(Debug)]
+pub(super) struct RunFacts {
+    pub(super) name: String,
+    pub(super) frames: usize,
+    pub(super) basis: Basis,
+    /// Whether a depth camera measured.
+    pub(super) has_depth: bool,
+    pub(super) log_likelihood: f64,
+    pub(super) map: MapReport,
 }
 
 impl RunReport {
+    /// The scores of a run.
+    pub(super) fn of(scores: &RunScores, facts: RunFacts) -> Self {
+        let RunFacts { name, frames, basis, has_depth, log_likelihood, map } = facts;
+        let sums = &scores.sums;
+        let withheld = sums.r_cv_withheld(basis);
+        let given = withheld.is_none();
+        let value =
+            |(scale_m, score): (f64, Option<Estimate>)| (scale_m, score.map(|estimate| estimate.value_m2));
+        let cv = ScaleScores::new(scores.r_cv_m2.map(|(m, score)| value((m, score.filter(|_| given)))));
+        let cross_validated = |share: Option<f64>| share.filter(|_| basis == Basis::CrossValidated);
+        Self {
+            name,
+            returns: sums.returns(),
+            frames,
+            dmp_sum_m2: sums.dmp_sum_m2(),
+            dmp_mean_m2: sums.dmp_mean_m2(),
+            dmp_depth_sum_m2: has_depth.then(|| sums.dmp_depth_sum_m2()),
+            dmp_depth_mean_m2: sums.dmp_depth_mean_m2().filter(|_| has_depth),
+            r_cv_m2: cv,
+            r_cv_interval_m2: scores.r_cv_m2[0].1.filter(|_| given).and_then(interval_of),
+            r_cv_withheld: withheld.map(Withheld::Known),
+            r_near_m2: ScaleScores::new(scores.r_near_m2.map(value)),
+            r_near_interval_m2: scores.r_near_m2[0].1.and_then(interval_of),
+            miss_rate: sums.miss_rate(),
+            blocked_rate: sums.blocked_rate(),
+            coverage: cross_validated(sums.coverage()),
+            coverage_revisit: cross_validated(sums.coverage_revisit()),
+            log_likelihood_raw: log_likelihood,
+            map,
+            warnings: Vec::new(),
+        }
+    }
+
+    /// Whether so few returns are seen on another visit that drift cannot be judged.
+    pub fn has_few_revisits(&self) -> bool {
+        self.coverage_revisit.is_some_and(|share| share < REVISIT_NEEDED)
+    }
+
     /// Its scores by truncation: `R_cv` or `R_near`.
     pub fn scores(&self, basis: Basis) -> &ScaleScores {
         match basis {

@@ -93,7 +93,7 @@ impl SegmentReport {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PromiseReport {
-    /// Where runs are equal, no two of them are told apart in this share of commands: over all pairs, scales and looks.
+    /// One minus the family-wise error rate, over all pairs, scales and looks of a command.
     pub confidence: f64,
     /// How sure each interval of a difference is, so that all together keep that.
     pub interval_confidence: f64,

@@ -1,5 +1,8 @@
-//! When a report warns, and of what.
+//! What a reader must know before believing a report: when it warns, and the sentences.
 
+use std::fmt::Display;
+
+use dmp_lengths::thousands;
 use dmp_log::StampJump;
 use dmp_sensor::ReturnCounts;
 
@@ -8,144 +11,193 @@ use super::inputs::InputReport;
 use super::pair::PairReport;
 use super::run::RunReport;
 use super::sampling::{PlacesReport, SamplingReport};
-use super::warning::Warning;
 use crate::cast::Scored;
+use crate::error::in_voxels;
 use crate::plan::Plan;
 use crate::run_state::RunState;
 
-/// Below this share of returns seen on another visit, nothing is said about the global shape.
-const REVISIT_NEEDED: f64 = 0.05;
 /// Above this share of returns with something in front, trajectory and log hardly belong together.
 const BLOCKED_SUSPECT: f64 = 0.6;
-/// Above this share of returns kept out of the maps, it is hardly traffic alone.
+/// Above this share of returns excluded from the maps, it is hardly traffic alone.
 const LEFT_OUT_SUSPECT: f64 = 0.2;
 /// Above this share of misses, scans and map hardly belong together.
 const MISSES_SUSPECT: f64 = 0.5;
-/// A share of dropped returns worth a word.
-const DROPS_TOLD: f64 = 0.2;
-/// A share of returns taken for the vehicle that is worth a word.
-const VEHICLE_TOLD: f64 = 0.05;
-/// A share of returns with ranges of no LiDAR that is worth a word.
-const IMPLAUSIBLE_TOLD: f64 = 0.05;
+/// A share of dropped returns worth a warning.
+const DROPS_SUSPECT: f64 = 0.2;
+/// A share of returns rejected as the vehicle's that is worth a warning.
+const VEHICLE_SUSPECT: f64 = 0.05;
+/// A share of returns with ranges of no LiDAR that is worth a warning.
+const IMPLAUSIBLE_SUSPECT: f64 = 0.05;
 /// Scans, rows of them, or jumps of their stamps that are named.
 const MOST_NAMED: usize = 5;
 /// Frames below which a sample has no intervals.
 const FRAMES_NEEDED: u64 = 4;
-/// How much more may be read for places than was asked for before it is worth a word.
+/// How much more may be read for places than was asked for before that is worth a warning.
 const OVER_ASKED: f64 = 1.1;
 /// Frames below which intervals come from few batches.
 const FRAMES_FEW: u64 = 40;
 
-/// Adds what a reader must know before believing the report.
+/// Adds the warnings of the report and of its runs.
 pub(super) fn add<M>(report: &mut Report, plan: &Plan, scored: &Scored, runs: &[RunState<'_, M>]) {
     for (run, state) in report.runs.iter_mut().zip(runs) {
         // What is likely wrong comes before what follows from it.
-        run.warnings = state.hint.iter().cloned().map(Warning::Other).chain(of_run(run)).collect();
+        run.warnings = state.hint.iter().cloned().chain(of_run(run)).collect();
     }
     report.warnings = of_report(report, plan, runs);
     report.warnings.extend(implausible(&scored.counts));
     let (odd, copied) = (&scored.odd_scans, &scored.copied_scans);
     if !odd.is_empty() {
-        let count = odd.iter().map(|row| row.last + 1 - row.scan).sum();
-        let (first, more) = first_of(odd);
-        report.warnings.push(Warning::OddScans { count, first, more });
+        let count: usize = odd.iter().map(|row| row.last + 1 - row.scan).sum();
+        let differ = if count == 1 { "scan differs" } else { "scans differ" };
+        report.warnings.push(format!(
+            "{} {differ} from the others, and the log has no checksums: {}; bytes may have changed",
+            thousands(count),
+            first_of(odd)
+        ));
     }
     if !copied.is_empty() {
-        let (first, more) = first_of(copied);
-        report.warnings.push(Warning::CopiedScans { first, more });
+        report.warnings.push(format!(
+            "{}: two scans never have identical returns; the driver may have stopped, or a file was copied",
+            first_of(copied)
+        ));
     }
 }
 
 /// The first of a list, and how many more there are.
-fn first_of<T: Copy>(all: &[T]) -> (Vec<T>, usize) {
-    let first = &all[..all.len().min(MOST_NAMED)];
-    (first.to_vec(), all.len() - first.len())
+fn first_of(all: &[impl Display]) -> String {
+    let mut words: Vec<String> = all.iter().take(MOST_NAMED).map(ToString::to_string).collect();
+    if let Some(more) = all.len().checked_sub(MOST_NAMED).filter(|more| *more > 0) {
+        words.push(format!("and {} more", thousands(more)));
+    }
+    words.join("; ")
 }
 
 /// Where the numbers of the points are hardly coordinates in metres.
-pub(super) fn implausible(counts: &ReturnCounts) -> Option<Warning> {
+pub(super) fn implausible(counts: &ReturnCounts) -> Option<String> {
     let share = counts.implausible() as f64 / counts.total().max(1) as f64;
-    (share > IMPLAUSIBLE_TOLD).then_some(Warning::ImplausibleRanges { share })
+    (share > IMPLAUSIBLE_SUSPECT).then(|| {
+        format!(
+            "{:.0} % of the ranges are below 1 mm or above 100 km, which no LiDAR measures: check the byte order \
+             (is_bigendian) and the offsets of the point fields",
+            100.0 * share
+        )
+    })
 }
 
-fn of_run(run: &RunReport) -> Vec<Warning> {
+fn of_run(run: &RunReport) -> Vec<String> {
     if let (0, Some(thin_voxels)) = (run.map.surfels, run.map.thin_voxels) {
-        // What else could be said follows from that.
-        return vec![Warning::EmptyMap { thin_voxels }];
+        // What else could be reported follows from that.
+        return vec![format!(
+            "the map is empty: in {} returns span no surface; try larger voxels (--voxel), and check that the trajectory is \
+             of this log and frame (--extrinsic, --time-offset)",
+            in_voxels(thin_voxels)
+        )];
     }
-    let above = |share: Option<f64>, limit: f64| share.filter(|&share| share > limit);
-    let low = run.r_cv_withheld.as_ref().filter(|why| why.is_low_coverage());
-    let revisit = run.coverage_revisit.filter(|&share| share < REVISIT_NEEDED);
-    let dropped = run.map.map_points_dropped;
-    [
-        above(run.miss_rate, MISSES_SUSPECT).map(|share| Warning::Misses { share }),
-        above(run.blocked_rate, BLOCKED_SUSPECT).map(|share| Warning::Blocked { share }),
-        low.map(|why| Warning::LowCoverage { why: why.clone() }),
-        revisit.map(|share| Warning::FewRevisits { share }),
-        (dropped > 0).then_some(Warning::MapPointsDropped { count: dropped }),
-    ]
-    .into_iter()
-    .flatten()
-    .collect()
+    let mut warnings = Vec::new();
+    if let Some(share) = run.miss_rate.filter(|&share| share > MISSES_SUSPECT) {
+        warnings.push(format!(
+            "{:.0} % of the returns hit nothing: check that the trajectory is of this log and frame (--extrinsic, \
+             --time-offset)",
+            100.0 * share
+        ));
+    }
+    if let Some(share) = run.blocked_rate.filter(|&share| share > BLOCKED_SUSPECT) {
+        warnings.push(format!(
+            "{:.0} % of the returns are blocked: the map is inconsistent, or the trajectory is not of this log and frame \
+             (--extrinsic, --time-offset, quaternion order)",
+            100.0 * share
+        ));
+    }
+    if let Some(why) = run.r_cv_withheld.as_ref().filter(|why| why.is_low_coverage()) {
+        warnings.push(format!("R_cv is not given: {why}; pairs are still compared on common returns"));
+    }
+    if let Some(share) = run.coverage_revisit.filter(|_| run.has_few_revisits()) {
+        warnings.push(format!(
+            "only {:.1} % of the returns see a place on another visit: drift and large-scale bending cannot be judged",
+            100.0 * share
+        ));
+    }
+    if run.map.map_points_dropped > 0 {
+        let count = thousands(run.map.map_points_dropped);
+        warnings
+            .push(format!("{count} points or triangles of the given map are not finite and were excluded"));
+    }
+    warnings
 }
 
-fn of_report<M>(report: &Report, plan: &Plan, runs: &[RunState<'_, M>]) -> Vec<Warning> {
+fn of_report<M>(report: &Report, plan: &Plan, runs: &[RunState<'_, M>]) -> Vec<String> {
     let (inputs, selection) = (&report.inputs, &plan.selection);
-    let mut warnings: Vec<Warning> =
-        inputs.damage.iter().map(|what| Warning::Lost { what: what.clone() }).collect();
+    let mut warnings: Vec<String> =
+        inputs.damage.iter().map(|what| format!("lost from the log: {what}")).collect();
     for run in inputs.runs.iter().filter(|run| run.scans_without_pose > 0) {
-        warnings.push(Warning::ScansWithoutPose {
-            run: run.name.clone(),
-            without: run.scans_without_pose,
-            scans: inputs.scans,
-            used: inputs.scans_used,
-        });
+        warnings.push(format!(
+            "{} of {} scans have no pose in `{}`; all runs are compared on the {} scans that have one in every run",
+            thousands(run.scans_without_pose),
+            thousands(inputs.scans),
+            run.name,
+            thousands(inputs.scans_used)
+        ));
     }
     for state in runs.iter().filter(|state| state.scans_between_poses > 0) {
         if let Some((gap_s, off_m)) = state.poses.left_open() {
-            let (run, scans) = (state.run.name.clone(), state.scans_between_poses);
-            warnings.push(Warning::SparsePoses { run, gap_s, off_m, scans });
+            warnings.push(format!(
+                "`{}` has poses up to {gap_s:.1} s apart, and the sensor may be {:.0} cm off between them, so {} scans \
+                 there are excluded for all runs: give a pose for every scan",
+                state.run.name,
+                100.0 * off_m,
+                thousands(state.scans_between_poses)
+            ));
         }
     }
     if selection.out_of_order > 0 {
-        warnings.push(Warning::OutOfOrder { times: selection.out_of_order });
+        let times = thousands(selection.out_of_order);
+        warnings.push(format!("the log's stamps go backwards {times} times; scans were sorted by time"));
     }
     if plan.segments.given && plan.segments.length.is_none() {
-        let (scans, travel_m) = (plan.frames().len(), plan.segments.travel_m);
-        warnings.push(Warning::SegmentsTooLong { scans, travel_m });
+        warnings.push(format!(
+            "the given segment length cuts {} scans and {:.1} m of travel into fewer than 8: every scan is a segment",
+            thousands(plan.frames().len()),
+            plan.segments.travel_m
+        ));
     }
     if selection.same_stamp > 0 {
-        warnings.push(Warning::SameStamp { scans: selection.same_stamp });
+        let scans = thousands(selection.same_stamp);
+        warnings.push(format!("{scans} scans have the stamp of another scan: duplicate scans count twice"));
     }
     let (scans, gaps): (Vec<StampJump>, Vec<StampJump>) =
         selection.stamp_jumps.iter().partition(|jump| matches!(jump, StampJump::Scan { .. }));
     if !scans.is_empty() {
-        let (first, more) = first_of(&scans);
-        warnings.push(Warning::StampsOff { first, more });
+        warnings.push(format!("{}: the clock jumped, or a stamp was changed", first_of(&scans)));
     }
     if !gaps.is_empty() {
-        let (first, more) = first_of(&gaps);
-        warnings.push(Warning::StampGaps { first, more });
+        warnings.push(format!("{}: a pause, lost scans or changed stamps", first_of(&gaps)));
     }
     if inputs.point_times.is_some() {
-        let without = runs.iter().filter(|run| run.poses.ignores_point_times());
-        warnings.extend(without.map(|run| Warning::PosesWithoutStamps { run: run.run.name.clone() }));
+        for run in runs.iter().filter(|run| run.poses.ignores_point_times()) {
+            warnings.push(format!(
+                "the poses of `{}` have no stamps, so point times are not used: each scan has one pose",
+                run.run.name
+            ));
+        }
     }
     warnings.extend(of_drops(inputs));
     let SamplingReport { frames_scored: scored, frames_total, .. } = report.sampling;
     if scored < frames_total && scored < FRAMES_NEEDED {
-        warnings.push(Warning::SmallSample { scored, needed: FRAMES_NEEDED });
+        let scored = thousands(scored);
+        warnings.push(format!("a sample of {scored} scans has no intervals: {FRAMES_NEEDED} are needed"));
     }
     if let Some(places) = &report.sampling.places {
         warnings.extend(of_places(places, inputs.bytes));
     }
     if frames_total < FRAMES_FEW {
-        warnings.push(Warning::FewScans { scans: frames_total });
+        warnings.push(format!("few scans ({frames_total}): intervals are wide, if there are any"));
     }
     if report.runs.iter().any(|run| run.coverage.is_none()) {
-        warnings.push(Warning::MapGiven);
+        warnings.push("a map was given: it may contain the scored returns themselves".to_owned());
         if report.is_cross_validated() {
-            warnings.push(Warning::MapsOfBothKinds);
+            warnings.push(
+                "given and fused maps are compared: the one made of more scans looks better".to_owned(),
+            );
         }
     }
     warnings.extend(contradictions(report));
@@ -153,9 +205,10 @@ fn of_report<M>(report: &Report, plan: &Plan, runs: &[RunState<'_, M>]) -> Vec<W
     warnings
 }
 
-/// Of which returns many were left out: whole scans without a pose of those that were asked for, whether in the sample or not;
-/// other returns of what was asked for, and where that was sampled, of what was read of it with a pose.
-fn of_drops(inputs: &InputReport) -> Vec<Warning> {
+/// Of which returns many were excluded: whole scans without a pose as a share of those that were asked for, whether in the
+/// sample or not; other returns as a share of what was asked for, and where that was sampled, of what was read of it with a
+/// pose.
+fn of_drops(inputs: &InputReport) -> Vec<String> {
     const ASKED_FOR: [&str; 2] = ["scan_not_selected", "scan_not_sampled"];
     const UNPOSED: &str = "scan_without_pose";
     let dropped = |reason: &str| inputs.dropped.0.get(reason).copied().unwrap_or(0);
@@ -167,62 +220,92 @@ fn of_drops(inputs: &InputReport) -> Vec<Warning> {
         dropped(reason) as f64 / all.max(1) as f64
     };
     let vehicle = share("vehicle");
-    let told =
-        (vehicle > VEHICLE_TOLD && vehicle <= DROPS_TOLD).then_some(Warning::Vehicle { share: vehicle });
-    let others = inputs.dropped.0.keys().map(|reason| (reason, share(reason)));
-    let others =
-        others.filter(|(reason, share)| *share > DROPS_TOLD && !ASKED_FOR.contains(&reason.as_str()));
-    let others = others.map(|(reason, share)| Warning::Dropped { reason: reason.clone(), share });
-    told.into_iter().chain(others).collect()
+    let mut warnings = Vec::new();
+    if vehicle > VEHICLE_SUSPECT && vehicle <= DROPS_SUSPECT {
+        warnings.push(format!(
+            "{:.0} % of the returns were rejected as the vehicle itself: if that is too many, use --ego with a box, or none",
+            100.0 * vehicle
+        ));
+    }
+    for reason in inputs.dropped.0.keys().filter(|reason| !ASKED_FOR.contains(&reason.as_str())) {
+        let share = share(reason);
+        if share > DROPS_SUSPECT {
+            warnings.push(format!("{:.0} % of the returns were dropped: {reason}", 100.0 * share));
+        }
+    }
+    warnings
 }
 
-/// What a sample of places tells and what it cannot.
-fn of_places(places: &PlacesReport, log_bytes: u64) -> Vec<Warning> {
+/// What a sample of places does not show.
+fn of_places(places: &PlacesReport, log_bytes: u64) -> Vec<String> {
     let mut warnings = Vec::new();
     if places.revisited_total == 0 {
-        warnings.push(Warning::NoPlaceRevisited { within_m: 2.0 * places.radius_m });
+        warnings.push(format!(
+            "no place is revisited: the scores compare scans within {:.0} m of each other, and do not see drift or \
+             large-scale bending",
+            2.0 * places.radius_m
+        ));
     } else if places.revisited == 0 {
-        let (revisited, places) = (places.revisited_total, places.total);
-        warnings.push(Warning::NoRevisitedPlaceDrawn { revisited, places });
+        warnings.push(format!(
+            "{} of {} places are revisited, but none of these was drawn: drift is not judged; try a larger --quick or another \
+             --seed",
+            thousands(places.revisited_total),
+            thousands(places.total)
+        ));
     }
     if places.cut > 0 {
-        warnings.push(Warning::PlacesCut { places: places.cut });
+        warnings.push(format!(
+            "{} of the places have more scans than are read for one: a run diverged, or passed many times",
+            thousands(places.cut)
+        ));
     }
     let share = places.bytes_read.map_or(0.0, |bytes| bytes as f64 / log_bytes.max(1) as f64);
     if share > OVER_ASKED * places.share_asked {
-        warnings.push(if places.are_fewest {
-            Warning::FewestPlacesRead { share, places: places.drawn }
+        let why = if places.are_fewest {
+            format!("{} places are the minimum, and the log is short", thousands(places.drawn))
         } else {
-            Warning::LargePlacesRead { share }
-        });
+            "the drawn places are large,".to_owned()
+        };
+        warnings.push(format!(
+            "{:.1} % of the log's bytes were read, more than asked for: {why} or the log has no index",
+            100.0 * share
+        ));
     }
     warnings
 }
 
 /// Runs that are decided to be better although their R_cv at its largest truncation is larger: they miss more, or other,
 /// returns, and the column counts all returns while the pair counts those that both predict.
-fn contradictions(report: &Report) -> Vec<Warning> {
+fn contradictions(report: &Report) -> Vec<String> {
     let scale_m = report.config.scales.lengths().widest_m();
     let r_cv = |name: &str| report.run(name)?.r_cv_m2[0];
-    let told = |pair: &PairReport| {
+    let warning = |pair: &PairReport| {
         let better = pair.verdict.better()?;
         let worse = pair.other(better);
-        let (better, worse) =
-            (r_cv(better)? > r_cv(worse)?).then(|| (better.to_owned(), worse.to_owned()))?;
-        Some(Warning::PairAgainstColumn { better, worse, scale_m })
+        (r_cv(better)? > r_cv(worse)?).then(|| {
+            format!(
+                "`{better}` is better than `{worse}` on the returns that both predict, though its R_cv at {scale_m} m over \
+                 all returns is larger: trust the pair"
+            )
+        })
     };
-    report.pairs.iter().filter_map(told).collect()
+    report.pairs.iter().filter_map(warning).collect()
 }
 
-fn free_space(report: &Report) -> Vec<Warning> {
+fn free_space(report: &Report) -> Vec<String> {
     let Some(free_space) = &report.free_space else { return Vec::new() };
     let mut warnings = Vec::new();
     if let [only] = free_space.votes.as_slice() {
-        warnings.push(Warning::OneVote { run: only.clone() });
+        warnings.push(format!(
+            "only `{only}` detects trails, and no other run can object: --free-space also removes its own doubled walls"
+        ));
     }
     let share = free_space.returns_left_out as f64 / free_space.returns_fused.max(1) as f64;
     if share > LEFT_OUT_SUSPECT {
-        warnings.push(Warning::ManyTrails { share });
+        warnings.push(format!(
+            "{:.0} % of the returns were excluded from the maps: more than traffic; all runs may be wrong",
+            100.0 * share
+        ));
     }
     warnings
 }

@@ -1,4 +1,4 @@
-//! The log, the plan and the settings by which runs are doubted.
+//! The context in which given maps are checked: log, plan and settings.
 
 use dmp_log::ScanLog;
 
@@ -6,7 +6,7 @@ use crate::plan::Plan;
 use crate::progress::Progress;
 use crate::settings::Settings;
 
-/// Looks for what is wrong with runs on a log.
+/// Checks runs and given maps on a log.
 #[derive(Clone, Copy)]
 pub(crate) struct Doubts<'a> {
     pub(crate) log: &'a dyn ScanLog,

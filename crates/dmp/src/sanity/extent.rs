@@ -1,4 +1,4 @@
-//! Boxes around drives and maps: how far apart they are.
+//! Bounding boxes of drives and maps, and the gap between them.
 
 use dmp_map::Store;
 
@@ -10,12 +10,12 @@ pub(super) struct Extent {
 }
 
 impl Extent {
-    /// The smallest box around some points; `None` around none.
+    /// The smallest box around some points; `None` without points.
     pub(super) fn of_points(points: impl Iterator<Item = [f64; 3]>) -> Option<Self> {
         points.map(|point| Self { low_m: point, high_m: point }).reduce(Self::with)
     }
 
-    /// A box around a map, up to a tile larger; `None` around an empty one.
+    /// A box around a map, up to a tile larger; `None` for an empty map.
     pub(super) fn of_store(store: &Store) -> Option<Self> {
         let tile = |entry: &dmp_map::TileEntry| {
             let [low_m, high_m] = store.box_in_own_m(entry);
@@ -35,13 +35,13 @@ impl Extent {
         }
     }
 
-    /// How far apart two boxes are; 0 where they meet.
+    /// The gap between two boxes; 0 if they touch.
     pub(super) fn gap_m(&self, other: &Self) -> f64 {
         let gap = |k: usize| (other.low_m[k] - self.high_m[k]).max(self.low_m[k] - other.high_m[k]).max(0.0);
         (0..3).map(|k| gap(k) * gap(k)).sum::<f64>().sqrt()
     }
 
-    /// Its centre for people: whole metres.
+    /// Its centre for display: whole metres.
     pub(super) fn centre_in_words(&self) -> String {
         let [x, y, z]: [f64; 3] = std::array::from_fn(|k| 0.5 * (self.low_m[k] + self.high_m[k]));
         format!("({x:.0}, {y:.0}, {z:.0}) m")

@@ -1,5 +1,5 @@
-//! Whether a map that was given is where the trajectory is, looked at on a few scans before all are cast. It changes no score.
-//! Whether trajectories belong to the log is found before: `vet`.
+//! Checks on a few scans, before the cast, that a given map fits its trajectory. It changes no score. `vet`
+//! checks earlier that trajectories belong to the log.
 
 mod doubts;
 mod extent;
@@ -19,14 +19,14 @@ pub(crate) use doubts::Doubts;
 use extent::Extent;
 use sample::Sample;
 
-/// A return this near to a surface of a given map is where the map has one, metres of a drive, and a map in which fewer
-/// returns are is hardly of this world.
+/// A return this near to a surface of a given map fits it, metres of a drive. Below this share of fitting
+/// returns, the map probably is in another frame.
 const FIT_M: f64 = 0.5;
 const NEARLY_NOTHING: f64 = 0.25;
 
 impl Doubts<'_> {
-    /// Says of every run whose map was `given` whether that is hardly the one of the trajectory, in words; tells whoever watches
-    /// too.
+    /// Returns a warning for every run with a `given` map that seems not to fit its trajectory; also emits it
+    /// as a note.
     ///
     /// # Errors
     /// When the log or a map cannot be read.
@@ -53,7 +53,7 @@ impl Doubts<'_> {
     }
 }
 
-/// One run, looked at.
+/// The check of one run.
 struct Look<'a, M> {
     sample: &'a Sample,
     doubts: &'a Doubts<'a>,
@@ -61,7 +61,7 @@ struct Look<'a, M> {
 }
 
 impl<M> Look<'_, M> {
-    /// Whether a map that was given is where the trajectory is.
+    /// Whether a given map fits the trajectory.
     fn at_map(&self, caster: &Caster, facts: &MapFacts) -> Result<Option<String>, EvaluateError> {
         let own_from_world = caster.map().own_from_world();
         let places = self.doubts.plan.frames().iter().filter_map(|frame| self.run.poses.of_frame(frame));
@@ -71,7 +71,7 @@ impl<M> Look<'_, M> {
         let gap_m = drive.gap_m(&map);
         if gap_m > self.doubts.settings.max_range_m {
             return Ok(Some(format!(
-                "the trajectory is around {}, the map around {}, {} m apart: is the map in the trajectory's frame?",
+                "the trajectory is around {}, the map around {}, {} m apart: check that the map is in the trajectory's frame",
                 drive.centre_in_words(),
                 map.centre_in_words(),
                 thousands(gap_m.round())
@@ -81,15 +81,15 @@ impl<M> Look<'_, M> {
         Ok((share < NEARLY_NOTHING).then(|| {
             let sparse = facts.thin_voxels.and_then(|thin_voxels| sparse(caster.map(), thin_voxels));
             format!(
-                "only {:.0} % of the returns of {} scans are where its map has a surface: is the map in the trajectory's frame, and its unit right (--map-unit)?{}",
+                "only {:.0} % of the returns of {} scans are where its map has a surface: check the map's frame and unit{}",
                 100.0 * share,
                 thousands(self.sample.len()),
-                sparse.map(|words| format!(" And {words}")).unwrap_or_default()
+                sparse.map(|words| format!("; {words}")).unwrap_or_default()
             )
         }))
     }
 
-    /// Share of the sample's returns with a surface of the map where they were measured.
+    /// Share of the sample's returns at which the map has a surface.
     fn share_in_map(&self, caster: &Caster) -> Result<f64, EvaluateError> {
         let (mut queries, mut answers, mut buffers) = (Vec::new(), Vec::new(), CastBuffers::default());
         let mut found = 0_usize;

@@ -1,4 +1,4 @@
-//! The scans that are looked at.
+//! The sample of scans for the check.
 
 use dmp_sensor::{Ray, ReturnFilter, Scan};
 
@@ -9,11 +9,11 @@ use crate::plan::spread;
 use crate::poser::Poser;
 use crate::run_poses::RunPoses;
 
-/// Scans, and returns of a scan, that are looked at.
+/// Number of scans, and of returns per scan.
 const SCANS: usize = 16;
 const RETURNS: usize = 2000;
 
-/// Scans from all along the way with few returns of each.
+/// Scans along the whole path with few returns of each.
 #[derive(Debug)]
 pub(super) struct Sample {
     scans: Vec<(PlannedFrame, Scan)>,
@@ -31,7 +31,7 @@ impl Sample {
         Ok(Self { scans })
     }
 
-    /// How many scans.
+    /// Number of scans.
     pub(super) fn len(&self) -> usize {
         self.scans.len()
     }
@@ -56,7 +56,7 @@ impl Sample {
     }
 }
 
-/// Up to so many of the returns that are used, evenly spread over the scan.
+/// Up to this many of the used returns, evenly spread over the scan.
 fn thinned(scan: &Scan, filter: &ReturnFilter) -> Scan {
     let used: Vec<usize> =
         (0..scan.len()).filter(|&k| filter.check(scan.points_in_sensor_m[k]).is_ok()).collect();

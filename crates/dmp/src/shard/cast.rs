@@ -1,4 +1,4 @@
-//! Some scans are cast into the maps.
+//! The cast stage: casts some scans into the maps.
 
 use std::path::PathBuf;
 
@@ -19,10 +19,11 @@ use crate::run_state::RunState;
 use crate::work::MapFacts;
 
 impl<'a> Shard<'a> {
-    /// Casts some scans into the maps of all runs, and keeps what that leaves. Gives the file that says that this is done.
+    /// Casts some scans into the maps of all runs and stores the sums. Returns the receipt file that marks
+    /// the part as done.
     ///
     /// # Errors
-    /// When the log or a piece of a map cannot be read, is missing, or is not what was planned.
+    /// When the log or a piece of a map cannot be read, is missing, or differs from the plan.
     pub fn cast(&self, part: Part) -> Result<PathBuf, ShardError> {
         let planned = self.planned()?;
         let frames = self.cast_frames(&planned, part);
@@ -38,7 +39,7 @@ impl<'a> Shard<'a> {
         self.share(planned, part, |ordinal| scored.contains(ordinal))
     }
 
-    /// The pieces of a run's map that rays from some frames may meet.
+    /// The pieces of a run's map that rays from some frames may hit.
     pub(super) fn pieces_in_reach<M>(
         &self,
         planned: &Evaluation<'_, M>,
@@ -55,7 +56,7 @@ impl<'a> Shard<'a> {
         Ok(merged.iter().filter(|(_, merged)| is_met(merged)).map(|(part, _)| *part).collect())
     }
 
-    /// Puts the maps together as far as rays from some frames may meet them.
+    /// Assembles the maps within reach of rays from some frames.
     fn with_maps(
         &self,
         mut planned: Evaluation<'a, Option<Store>>,
@@ -93,7 +94,7 @@ impl<'a> Shard<'a> {
     }
 }
 
-/// The frames that are scored: all, or the sample.
+/// The scored frames: all, or the sample.
 pub(super) fn scored_frames<M>(planned: &Evaluation<'_, M>) -> FrameSet {
     planned.plan.looks.frames(0).collect()
 }

@@ -1,4 +1,4 @@
-//! The plan of a score in parts, as it is written down.
+//! The plan of a score in parts, as a document.
 
 use std::path::{Path, PathBuf};
 
@@ -16,25 +16,26 @@ use crate::plan::VoxelChoice;
 use crate::report::{SegmentReport, segment_report};
 use crate::setting_name::SettingName;
 use crate::settings::Settings;
-use crate::vet::Told;
+use crate::vet::VetSummary;
 use crate::watch::Watch;
 
-/// Everything of a score that does not depend on who does which part: the log and where its scans lie, which returns are used,
-/// voxels and segments, the settings, what was found of the runs. The runs themselves go beside it, [`Self::runs_bytes`].
+/// Everything of a score that is common to all parts: the log and the positions of its scans, the returns
+/// used, voxels and segments, the settings, the vetting results. The runs are stored in a separate file,
+/// [`Self::runs_bytes`].
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ShardPlan {
     schema: String,
     dmp_version: String,
-    /// Of the content.
+    /// Hash of the content.
     hash: String,
     suggested: Suggested,
-    /// Where the log lay.
+    /// The path of the log when planned.
     log: PathBuf,
     pub(super) content: Content,
 }
 
-/// What every part must agree on.
+/// The part of a plan on which all parts of the score must agree.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Content {
@@ -47,22 +48,22 @@ pub(super) struct Content {
     pub(super) voxel: VoxelChoice,
     pub(super) filter: ReturnFilter,
     pub(super) settings: Settings,
-    /// What was found of the runs before.
-    pub(super) told: Told,
+    /// The vetting results.
+    pub(super) vetted: VetSummary,
     /// Whether part of the log or of a run is lost.
     pub(super) is_damaged: bool,
     pub(super) index: LogIndex,
 }
 
-/// A run of a plan, for people.
+/// A run of a plan, for display.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PlannedRun {
-    /// How it is called.
+    /// Its name.
     pub name: String,
-    /// Where its trajectory was read.
+    /// The file of its trajectory.
     pub file: Option<String>,
-    /// Poses of it.
+    /// Its number of poses.
     pub poses: usize,
 }
 
@@ -75,37 +76,38 @@ impl ShardPlan {
     /// The name of the JSON format.
     pub const SCHEMA: &'static str = "dmp-plan/1";
 
-    /// Refuses settings that need all returns at once.
+    /// Rejects settings that need all returns at once.
     ///
     /// # Errors
     /// [`EvaluateError::Setting`] with the first of them.
     pub fn check_settings(config: &Config) -> Result<(), EvaluateError> {
         let refused = |setting, why| Err(EvaluateError::setting(setting, "in parts".to_owned(), why));
         if config.free_space {
-            let why = "trails are found by two more passes over the whole log";
+            let why = "the search for trails needs two more passes over the whole log";
             return refused(SettingName::FreeSpace, why);
         }
         if config.decide.is_some() {
-            return refused(SettingName::Decide, "whether to go on is known when all parts are done");
+            return refused(SettingName::Decide, "the decision needs the results of all parts");
         }
         if config.save_maps.is_some() {
-            let why = "the map of a run lies in pieces: `dmp map build` makes one";
+            let why = "the maps are in pieces: use `dmp map build`";
             return refused(SettingName::SaveMaps, why);
         }
         Ok(())
     }
 
-    /// Plans the score of `runs` on a log: decides on everything that [`evaluate`](crate::evaluate) decides on before it fuses,
-    /// and reads the same scans for it. `told` is what was found of the runs before, and `is_damaged` whether part of the log or of a
-    /// run is lost.
+    /// Plans the score of `runs` on a log: makes every decision that [`evaluate`](crate::evaluate) makes
+    /// before it fuses, from the same scans. `vetted` is the vetting result; `is_damaged` says whether part
+    /// of the log or of a run is lost.
     ///
     /// # Errors
-    /// As [`evaluate`](crate::evaluate); and where a setting cannot be had in parts, or the log is not on disk.
+    /// As [`evaluate`](crate::evaluate); and when a setting is not available in parts, or the log is not on
+    /// disk.
     pub fn new<'a>(
         log: &'a dyn ScanLog,
         runs: &'a [Run],
         config: &Config,
-        (told, is_damaged): (Told, bool),
+        (vetted, is_damaged): (VetSummary, bool),
         machine: Machine,
         watch: impl Into<Watch<'a>>,
     ) -> Result<Self, ShardError> {
@@ -132,7 +134,7 @@ impl ShardPlan {
             voxel: plan.voxel,
             filter: plan.filter.clone(),
             settings,
-            told,
+            vetted,
             is_damaged,
             index,
         };
@@ -146,7 +148,7 @@ impl ShardPlan {
         })
     }
 
-    /// Whether it is what was written, by this version.
+    /// Checks that it is unchanged since it was written by this version.
     ///
     /// # Errors
     /// When it is not.
@@ -162,33 +164,33 @@ impl ShardPlan {
         Ok(())
     }
 
-    /// What tells it from every other plan.
+    /// Hash of the content; distinguishes it from every other plan.
     pub fn hash(&self) -> &str {
         &self.hash
     }
 
-    /// How many parts of each stage make sense.
+    /// Suggested number of parts of each stage.
     pub fn suggested(&self) -> &Suggested {
         &self.suggested
     }
 
-    /// Where the log lay when it was planned.
+    /// The path of the log when planned.
     pub fn log(&self) -> &Path {
         &self.log
     }
 
-    /// The log, and where its scans lie.
+    /// The log's index, with the positions of its scans.
     pub fn index(&self) -> &LogIndex {
         &self.content.index
     }
 
-    /// The names of all runs that were given, those first that are scored.
+    /// The names of all given runs, the scored ones first.
     pub fn names(&self) -> Vec<&str> {
         let scored = self.content.runs.iter().map(|run| run.name.as_str());
-        scored.chain(self.content.told.names_left_out()).collect()
+        scored.chain(self.content.vetted.names_left_out()).collect()
     }
 
-    /// The runs, for people.
+    /// The runs, for display.
     pub fn runs(&self) -> &[PlannedRun] {
         &self.content.runs
     }
@@ -203,20 +205,20 @@ impl ShardPlan {
         self.content.returns
     }
 
-    /// Whether part of the log or of a run is lost, or a run left out.
+    /// Whether part of the log or of a run is lost, or a run excluded.
     pub fn is_incomplete(&self) -> bool {
-        self.content.is_damaged || self.content.told.leaves_out()
+        self.content.is_damaged || self.content.vetted.leaves_out()
     }
 
-    /// The runs of a plan as bytes, to lie beside it.
+    /// The runs of a plan as bytes, for the file beside it.
     ///
     /// # Errors
-    /// When they cannot be written down.
+    /// When they cannot be serialised.
     pub fn runs_bytes(runs: &[Run]) -> Result<Vec<u8>, ShardError> {
         runs_bytes(runs)
     }
 
-    /// The runs that bytes stand for.
+    /// The runs from these bytes.
     ///
     /// # Errors
     /// When they are not those of this plan.
@@ -236,7 +238,7 @@ fn runs_bytes(runs: &[Run]) -> Result<Vec<u8>, ShardError> {
 }
 
 impl Content {
-    /// Of its JSON, which is the same wherever it is read and written again.
+    /// Hash of its JSON, which is the same after reading and writing.
     fn hash(&self) -> Result<String, ShardError> {
         let bytes = serde_json::to_vec(self)
             .map_err(|error| ShardError::Content { path: "plan".into(), detail: error.to_string() })?;

@@ -1,4 +1,4 @@
-//! Some visits are brought onto each other.
+//! The drift stage: registers the visits of some pairs.
 
 use std::path::PathBuf;
 
@@ -10,12 +10,12 @@ use super::part::Part;
 use super::stage::Stage;
 use crate::drift::{Revisits, VisitPair, VisitPairReport};
 
-/// What a part came to.
+/// The result of a part.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct DriftPart {
     /// The number of its first pair, and what was measured on each.
     first: u64,
-    /// As JSON, which is what reports are made for.
+    /// As JSON, the serialised form of reports.
     visits: Vec<u8>,
 }
 
@@ -27,7 +27,8 @@ pub(super) fn pairs_of<'r, M: Sync>(revisits: &'r Revisits<'_, M>, part: Part) -
 }
 
 impl Shard<'_> {
-    /// Measures on some pairs of visits how far the runs are off. Gives the file that says that this is done.
+    /// Measures the drift of all runs on some pairs of visits. Returns the receipt file that marks the part
+    /// as done.
     ///
     /// # Errors
     /// When the log cannot be read or nothing can be written.
@@ -43,7 +44,7 @@ impl Shard<'_> {
         self.folder.write(Stage::Drift, part, &DriftPart { first: first as u64, visits })
     }
 
-    /// What was measured on all pairs, in their order.
+    /// The measurements of all pairs, in their order.
     pub(super) fn drifted(&self, pairs: usize) -> Result<Vec<VisitPairReport>, ShardError> {
         let parts: Vec<(Part, DriftPart)> = self.folder.read(Stage::Drift)?;
         let mut all: Vec<VisitPairReport> = Vec::with_capacity(pairs);
@@ -53,7 +54,7 @@ impl Shard<'_> {
                 detail,
             };
             if first != all.len() as u64 {
-                return Err(content(format!("it begins with pair {first}, where {} comes next", all.len())));
+                return Err(content(format!("it begins with pair {first}, expected {}", all.len())));
             }
             let measured: Vec<VisitPairReport> =
                 serde_json::from_slice(&visits).map_err(|error| content(error.to_string()))?;

@@ -1,4 +1,4 @@
-//! What can go wrong with a part of a score.
+//! Errors of a score in parts.
 
 use dmp_lengths::thousands;
 use std::path::PathBuf;
@@ -11,11 +11,11 @@ use dmp_reduce::ReduceError;
 use super::stage::Stage;
 use crate::error::EvaluateError;
 
-/// What can go wrong with a part of a score. Every variant names the file, the part or the value.
+/// An error of a part of a score. Every variant names the file, the part or the value.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ShardError {
-    /// As where a log is scored at once.
+    /// An error that scoring in one process also has.
     #[error(transparent)]
     Evaluate(#[from] EvaluateError),
     /// The log cannot be read.
@@ -30,12 +30,14 @@ pub enum ShardError {
     /// A log that is not on disk.
     #[error("the scans are in memory: parts need a log on disk")]
     NoIndex,
-    /// The plan is not what was written.
-    #[error("the plan has changed since it was made: its content is {found}, and it says {said}")]
+    /// The plan changed after it was written.
+    #[error(
+        "the plan has changed since it was made: the hash of its content is {found}, the plan states {said}"
+    )]
     PlanChanged {
         /// The hash of its content.
         found: String,
-        /// What it says.
+        /// The hash that it states.
         said: String,
     },
     /// The plan was made by another version.
@@ -46,20 +48,18 @@ pub enum ShardError {
         /// The version that made it.
         version: String,
     },
-    /// This machine cuts the drive otherwise.
-    #[error(
-        "this machine cuts the drive in {here} segments, the plan has {planned}: their bits would not be the same"
-    )]
+    /// This machine finds other segments.
+    #[error("this machine finds {here} segments, the plan has {planned}: the results would differ")]
     OtherSegments {
         /// Segments found here.
         here: usize,
         /// Segments of the plan.
         planned: usize,
     },
-    /// Parts of a stage are not there.
+    /// Parts of a stage are missing.
     #[error("{}: {stage} is not done: {missing}", folder.display())]
     Missing {
-        /// Where they should be.
+        /// Their folder.
         folder: PathBuf,
         /// The stage.
         stage: Stage,
@@ -67,24 +67,24 @@ pub enum ShardError {
         missing: String,
     },
     /// A file that belongs to another plan, or to another part.
-    #[error("{}: it is {found}, and should be {expected}", path.display())]
+    #[error("{}: found {found}, expected {expected}", path.display())]
     OtherPart {
         /// The file.
         path: PathBuf,
-        /// What it says that it is.
+        /// The part named in the file.
         found: String,
-        /// What it should be.
+        /// The expected part.
         expected: String,
     },
-    /// The content of a part cannot be understood.
+    /// The content of a part cannot be decoded.
     #[error("{}: its content cannot be read: {detail}", path.display())]
     Content {
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// The problem.
         detail: String,
     },
-    /// A scan that several parts have.
+    /// A scan is in several parts.
     #[error("{stage}: scan {scan} of the plan is in two parts")]
     ScanTwice {
         /// The stage.
@@ -92,20 +92,20 @@ pub enum ShardError {
         /// The ordinal of the scan among those of the plan, from 0.
         scan: usize,
     },
-    /// Scans that no part has.
+    /// Scans are in no part.
     #[error("{stage}: {} of {} scans of the plan are in no part", thousands(.missing), thousands(.scans))]
     ScansMissing {
         /// The stage.
         stage: Stage,
-        /// How many.
+        /// Their number.
         missing: u64,
-        /// Scans that there should be.
+        /// Number of scans of the plan.
         scans: u64,
     },
 }
 
 impl ShardError {
-    /// Whether what was asked for is at fault.
+    /// Whether the request is at fault.
     pub fn is_usage(&self) -> bool {
         match self {
             Self::Evaluate(error) => error.is_usage(),

@@ -12,7 +12,7 @@ use super::error::ShardError;
 use super::part::Part;
 use super::stage::Stage;
 
-/// What a file of a part says of itself.
+/// The header of a part's file.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 struct Head {
     plan: String,
@@ -26,7 +26,7 @@ impl fmt::Display for Head {
     }
 }
 
-/// Where the files of a plan's parts lie.
+/// The folder of a plan's parts.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct PlanFolder<'a> {
     pub(super) path: &'a Path,
@@ -34,12 +34,12 @@ pub(super) struct PlanFolder<'a> {
     pub(super) plan: &'a str,
 }
 
-/// The name of a part's files, up to what tells them apart.
+/// The common stem of a part's file names.
 pub(super) fn stem_of(stage: Stage, part: Part) -> String {
     format!("{stage}-{}-of-{}", part.number(), part.of())
 }
 
-/// The name of the file that says that a part is done, and what it came to.
+/// The name of the receipt file, which marks a part as done and has its result.
 pub(super) fn receipt_name(stage: Stage, part: Part) -> String {
     format!("{}.part", stem_of(stage, part))
 }
@@ -59,7 +59,7 @@ impl PlanFolder<'_> {
         Head { plan: self.plan.to_owned(), stage, part }
     }
 
-    /// Says that a part is done, after all else that it writes.
+    /// Writes the receipt of a part, after all its other files.
     pub(super) fn write(
         &self,
         stage: Stage,
@@ -73,7 +73,7 @@ impl PlanFolder<'_> {
         Ok(path)
     }
 
-    /// The parts of a stage that are done, by how many there are.
+    /// The finished parts of a stage, by the number of parts.
     fn done(&self, stage: Stage) -> Result<BTreeMap<u32, Vec<Part>>, ShardError> {
         let mut done: BTreeMap<u32, Vec<Part>> = BTreeMap::new();
         for part in file_names(self.path)?.iter().filter_map(|name| part_of(name, stage)) {
@@ -83,8 +83,8 @@ impl PlanFolder<'_> {
         Ok(done)
     }
 
-    /// What all parts of a stage came to, in their order. Where a stage was done several times, in other numbers of parts, that
-    /// with fewest parts is taken: they come to the same.
+    /// The results of all parts of a stage, in their order. If a stage was done in several numbers of parts,
+    /// the fewest parts are read: the results are equal.
     pub(super) fn read<C: DeserializeOwned>(&self, stage: Stage) -> Result<Vec<(Part, C)>, ShardError> {
         let done = self.done(stage)?;
         let Some(parts) = done.iter().find(|(of, parts)| parts.len() as u32 == **of).map(|(_, parts)| parts)
@@ -98,7 +98,7 @@ impl PlanFolder<'_> {
     fn read_part<C: DeserializeOwned>(&self, stage: Stage, part: Part) -> Result<C, ShardError> {
         let path = self.file(&receipt_name(stage, part));
         let Some(bytes) = read_checked(&path)? else {
-            let missing = format!("part {part} has gone");
+            let missing = format!("part {part} was removed");
             return Err(ShardError::Missing { folder: self.path.to_owned(), stage, missing });
         };
         let content =
@@ -113,11 +113,11 @@ impl PlanFolder<'_> {
     }
 }
 
-/// What is missing of a stage: of those that were begun the one that has most of its parts.
+/// The missing parts of a stage, for the partition with most parts done.
 fn missing_in_words(done: &BTreeMap<u32, Vec<Part>>) -> String {
     let share = |(of, parts): &(&u32, &Vec<Part>)| parts.len() as f64 / f64::from(**of);
     let Some((&of, parts)) = done.iter().max_by(|a, b| share(a).total_cmp(&share(b))) else {
-        return "none of its parts is here".to_owned();
+        return "all parts are missing".to_owned();
     };
     let missing: Vec<String> = (1..=of)
         .filter_map(|number| Part::new(number, of))
@@ -145,7 +145,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let plan = PlanFolder { path: folder.path(), plan: "abc" };
         let read = |stage| plan.read::<u32>(stage).map_err(|error| error.to_string());
-        assert!(read(Stage::Cast).unwrap_err().ends_with(": cast is not done: none of its parts is here"));
+        assert!(read(Stage::Cast).unwrap_err().ends_with(": cast is not done: all parts are missing"));
         plan.write(Stage::Cast, part("2/3"), &22_u32).unwrap();
         plan.write(Stage::Cast, part("3/3"), &33_u32).unwrap();
         plan.write(Stage::Fuse, part("1/3"), &77_u32).unwrap();
@@ -153,7 +153,7 @@ mod tests {
         plan.write(Stage::Cast, part("1/3"), &11_u32).unwrap();
         let all = Ok(vec![(part("1/3"), 11), (part("2/3"), 22), (part("3/3"), 33)]);
         assert_eq!(read(Stage::Cast), all);
-        // Others that were begun change nothing.
+        // Other partitions change nothing.
         plan.write(Stage::Cast, part("1/7"), &99_u32).unwrap();
         assert_eq!(read(Stage::Cast), all);
 
@@ -163,10 +163,10 @@ mod tests {
         assert!(read(Stage::Cast).unwrap_err().contains("cast-1-of-3.part: damaged in its content"));
         std::fs::copy(plan.file("cast-2-of-3.part"), &path).unwrap();
         let error = read(Stage::Cast).unwrap_err();
-        assert!(error.ends_with("it is cast 2/3 of plan abc, and should be cast 1/3 of plan abc"), "{error}");
+        assert!(error.ends_with("found cast 2/3 of plan abc, expected cast 1/3 of plan abc"), "{error}");
         let other = PlanFolder { plan: "xyz", ..plan };
         other.write(Stage::Cast, part("1/3"), &11_u32).unwrap();
         let error = read(Stage::Cast).unwrap_err();
-        assert!(error.ends_with("it is cast 1/3 of plan xyz, and should be cast 1/3 of plan abc"), "{error}");
+        assert!(error.ends_with("found cast 1/3 of plan xyz, expected cast 1/3 of plan abc"), "{error}");
     }
 }

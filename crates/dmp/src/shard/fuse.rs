@@ -1,4 +1,4 @@
-//! Some scans become sums of voxels, for every run.
+//! The fuse stage: sums some scans into voxels, for every run.
 
 use std::path::PathBuf;
 
@@ -13,26 +13,26 @@ use super::opened::Shard;
 use super::part::Part;
 use super::stage::Stage;
 
-/// What a part came to.
+/// The result of a part.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct FusedPart {
     pub(super) frames: FrameSet,
     pub(super) counts: ReturnCounts,
-    /// Of every run.
+    /// For every run.
     pub(super) sums: Vec<SumsList>,
 }
 
-/// The name of a file with the sums of a run.
+/// The name of the file with a run's sums.
 pub(super) fn sums_name(part: Part, file_stem: &str) -> String {
     format!("{}.{file_stem}.sums", stem_of(Stage::Fuse, part))
 }
 
 impl Shard<'_> {
-    /// Poses some scans with every run, and writes the sums of the voxels that their returns lie in. Gives the file that says
-    /// that this is done.
+    /// Poses some scans with every run and writes the sums of their voxels. Returns the receipt file that
+    /// marks the part as done.
     ///
     /// # Errors
-    /// When the log cannot be read, or is not what was planned, or nothing can be written.
+    /// When the log cannot be read or differs from the plan, or nothing can be written.
     pub fn fuse(&self, part: Part) -> Result<PathBuf, ShardError> {
         let planned = self.planned()?;
         let frames = self.share(&planned, part, |_| true);

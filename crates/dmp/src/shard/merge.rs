@@ -1,4 +1,4 @@
-//! Sums of voxels become surfels, some tiles at a time.
+//! The merge stage: sums of voxels become surfels, some tiles at a time.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -17,10 +17,10 @@ use crate::error::EvaluateError;
 use crate::evaluation::Evaluation;
 use crate::progress::Stage as Doing;
 
-/// Tiles of the maps of all runs, in the order of the runs and of the tiles: those of a part follow each other.
+/// Tiles of the maps of all runs, ordered by run and tile: a part has consecutive ones.
 pub(super) type RunTileVoxels = BTreeMap<(usize, TileId), u64>;
 
-/// What a part came to: of every run the piece of its map, where it has one.
+/// The result of a part: for every run the piece of its map, if any.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct MergedPart {
     pub(super) pieces: Vec<Option<MapPiece>>,
@@ -29,7 +29,7 @@ pub(super) struct MergedPart {
 /// Some tiles of a map.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(super) struct MapPiece {
-    /// Row and column of the first tile, and of the first that is not in it.
+    /// Row and column of the first tile, and of the first one after the piece.
     from: Option<(i32, i32)>,
     to: Option<(i32, i32)>,
     pub(super) tiles: u64,
@@ -45,12 +45,12 @@ impl MapPiece {
     }
 }
 
-/// The name of a file with a piece of the map of a run.
+/// The name of the file with a piece of a run's map.
 pub(super) fn piece_name(part: Part, file_stem: &str) -> String {
     format!("{}.{file_stem}.dmpmap", stem_of(Stage::Merge, part))
 }
 
-/// Of every run the tiles of a part, by the voxels that there are to merge; `None` where it has none.
+/// For every run the tiles of a part, balanced by the voxels to merge; `None` for a run without any.
 pub(super) fn spans_of(voxels: &RunTileVoxels, runs: usize, part: Part) -> Vec<Option<TileSpan>> {
     let keys: Vec<&(usize, TileId)> = voxels.keys().collect();
     let share = part.share(&voxels.values().copied().collect::<Vec<_>>());
@@ -59,7 +59,7 @@ pub(super) fn spans_of(voxels: &RunTileVoxels, runs: usize, part: Part) -> Vec<O
         if share.is_empty() {
             return None;
         }
-        // Where no tile is before the first of a run, all of the world is: discs reach into tiles that have nothing else.
+        // A run's first piece begins at the edge of the world: discs reach into tiles that have nothing else.
         let is_first = |tile: TileId| {
             voxels.range((run, TileId { y: i32::MIN, x: i32::MIN })..).next().map(|(key, _)| key.1)
                 == Some(tile)
@@ -81,11 +81,11 @@ pub(super) fn spans_of(voxels: &RunTileVoxels, runs: usize, part: Part) -> Vec<O
 }
 
 impl Shard<'_> {
-    /// Adds up what all parts that were fused have of some tiles, makes surfels of it and writes these pieces of the maps. Gives
-    /// the file that says that this is done.
+    /// Adds up the sums of all fused parts in some tiles, computes surfels and writes these pieces of the
+    /// maps. Returns the receipt file that marks the part as done.
     ///
     /// # Errors
-    /// When a part that was fused is missing, damaged or of another plan, or nothing can be written.
+    /// When a fused part is missing, damaged or of another plan, or nothing can be written.
     pub fn merge(&self, part: Part) -> Result<PathBuf, ShardError> {
         let planned = self.planned()?;
         let (fused, voxels) = self.fused(&planned)?;
@@ -141,12 +141,13 @@ impl Shard<'_> {
         })
     }
 
-    /// What a piece of a map says of itself.
+    /// The description in the header of a piece of a map.
     pub(super) fn piece_text(&self, part: Part, run: &str) -> String {
         format!("dmp {}; plan {}; merge {part}; run {run}", env!("CARGO_PKG_VERSION"), self.plan.hash())
     }
 
-    /// What was fused, of every scan of the plan once; and how many voxels there are to merge.
+    /// The results of the fuse stage, checked to have every scan of the plan once; and the number of voxels
+    /// to merge.
     pub(super) fn fused<M>(
         &self,
         planned: &Evaluation<'_, M>,
@@ -178,7 +179,7 @@ mod tests {
             let spans: Vec<_> =
                 (1..=of).map(|number| spans_of(&voxels, 3, Part::new(number, of).unwrap())).collect();
             for run in 0..3 {
-                // Also where there is nothing of its own.
+                // Also around its tiles, where it has no voxels of its own.
                 for y in -3..6 {
                     for x in -3..14 {
                         let tile = TileId { y, x };

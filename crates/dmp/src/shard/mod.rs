@@ -1,17 +1,17 @@
 //! A score in parts: on any number of machines, by any scheduler, with the same bits.
 //!
-//! A [`ShardPlan`] says everything that does not depend on who does what. Each part of a stage is a function from files to files
-//! in the plan's folder:
+//! A [`ShardPlan`] has everything that is common to all parts. Each part of a stage is a function from files
+//! to files in the plan's folder:
 //!
 //! ```text
 //! plan ──> fuse i/n ──> merge j/m ──> cast k/c ──> reduce
 //!    └──────────────────────────────> drift l/d ──┘
 //! ```
 //!
-//! `fuse` poses some scans with every run and writes sums of voxels; `merge` adds up those of some tiles and makes surfels;
-//! `cast` casts some scans into all maps; `drift` brings some visits onto each other; `reduce` adds everything up. A part that is
-//! done again writes the same bytes. What a part reads is compared with what was planned: it is of this plan, whole, and no
-//! scan is missing or comes twice.
+//! `fuse` poses some scans with every run and writes sums of voxels. `merge` adds up those of some tiles and
+//! computes surfels. `cast` casts some scans into all maps. `drift` registers the visits of some pairs.
+//! `reduce` adds everything up. Repeating a part writes the same bytes. Every part checks its input: it is of
+//! this plan and whole, and no scan is missing or duplicated.
 
 mod cast;
 mod document;

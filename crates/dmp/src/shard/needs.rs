@@ -1,4 +1,4 @@
-//! What a part reads: for who brings it there.
+//! Lists the files that a part reads, for a scheduler that copies them.
 
 use std::ops::Range;
 
@@ -17,11 +17,11 @@ use super::stage::Stage;
 use crate::drift::Revisits;
 use crate::evaluation::Evaluation;
 
-/// What a part reads beside the plan, its runs and what says that parts of stages before are done.
+/// The files that a part reads, beside the plan, its runs and the receipts of earlier stages.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
 pub struct Needs {
-    /// Files of the log, with the bytes that are read of each: empty where no scan is read, `null` where it is not known beforehand and
-    /// all of the log is needed.
+    /// Files of the log, with the byte ranges read from each: empty if no scan is read, `null` if unknown
+    /// beforehand; then the whole log is needed.
     pub log: Option<Vec<FileRanges>>,
     /// Files of the plan's folder.
     pub files: Vec<NeededFile>,
@@ -37,10 +37,10 @@ pub struct NeededFile {
 }
 
 impl Shard<'_> {
-    /// What a part of a stage reads. The files that say what parts of the stages before came to (`*.part`) must be there.
+    /// The files that a part of a stage reads. The receipts of the earlier stages (`*.part`) must be present.
     ///
     /// # Errors
-    /// When these are not.
+    /// When a receipt is missing.
     pub fn needs(&self, stage: Stage, part: Part) -> Result<Needs, ShardError> {
         let planned = self.planned()?;
         let of_log = |frames: &FrameSet| {

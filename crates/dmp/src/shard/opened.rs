@@ -1,4 +1,4 @@
-//! A plan taken up by a process that does a part of it.
+//! A plan opened by a process that does a part of it.
 
 use std::path::Path;
 
@@ -20,7 +20,7 @@ use crate::plan::{Drive, Plan};
 use crate::settings::Means;
 use crate::watch::Watch;
 
-/// A plan with its runs and its log, in the folder where parts lie.
+/// A plan with its runs and its log, in the folder of its parts.
 #[derive(Clone, Copy)]
 pub struct Shard<'a> {
     pub(super) plan: &'a ShardPlan,
@@ -41,8 +41,9 @@ impl std::fmt::Debug for Shard<'_> {
 }
 
 impl<'a> Shard<'a> {
-    /// Takes up a plan that was [checked](ShardPlan::check). `log` is what its [index](ShardPlan::index) opened, or the log
-    /// [without its files](dmp_log::LogIndex::unopened) where no scan is read; files of parts lie in `folder`.
+    /// Opens a plan that was [checked](ShardPlan::check). `log` is the log that its [index](ShardPlan::index)
+    /// opened, or the log [without its files](dmp_log::LogIndex::unopened) if no scan is read. The files of
+    /// parts are in `folder`.
     pub fn new(
         plan: &'a ShardPlan,
         runs: &'a [Run],
@@ -55,7 +56,7 @@ impl<'a> Shard<'a> {
         Self { plan, runs, log, folder, means, watch: watch.into() }
     }
 
-    /// What a part may use, of what is asked of a score.
+    /// The resources of a part, from the configuration of a score.
     pub fn means(config: &Config) -> Means {
         Means {
             memory_bytes: config.memory_bytes,
@@ -69,7 +70,7 @@ impl<'a> Shard<'a> {
         }
     }
 
-    /// The evaluation as it was planned. What does not have to be read is made again, and is the same.
+    /// The evaluation as planned. What need not be read is computed again, with the same result.
     pub(super) fn planned(&self) -> Result<Evaluation<'a, Option<Store>>, ShardError> {
         let content = &self.plan.content;
         let settings = content.settings.clone();
@@ -91,7 +92,8 @@ impl<'a> Shard<'a> {
         Ok(Lattice::new(self.plan.content.voxel.voxel_m)?)
     }
 
-    /// The frames of a part: those that are wanted are shared out by their returns, and what is read together stays together.
+    /// The frames of a part: the wanted ones divided by their returns; frames that are read together stay
+    /// together.
     pub(super) fn share<M>(
         &self,
         planned: &Evaluation<'_, M>,
@@ -107,7 +109,7 @@ impl<'a> Shard<'a> {
     }
 }
 
-/// Whether parts have every frame that they should have, once.
+/// Checks that the parts have every frame exactly once.
 pub(super) fn check_frames<'f>(
     stage: Stage,
     parts: impl IntoIterator<Item = &'f FrameSet>,

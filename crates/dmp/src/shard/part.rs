@@ -1,4 +1,4 @@
-//! Which part of a stage.
+//! Part numbers of a stage.
 
 use std::fmt;
 use std::str::FromStr;
@@ -28,7 +28,7 @@ impl Part {
     /// The only one.
     pub const ALL: Self = Self { number: 1, of: 1 };
 
-    /// The part with this number, from 1, of so many; `None` where there is none.
+    /// The part with this number, from 1, out of `of`; `None` if there is no such part.
     pub fn new(number: u32, of: u32) -> Option<Self> {
         ((1..=of).contains(&number) && of <= MOST).then_some(Self { of, number })
     }
@@ -38,16 +38,16 @@ impl Part {
         self.number
     }
 
-    /// How many there are.
+    /// The number of parts.
     pub fn of(self) -> u32 {
         self.of
     }
 
-    /// Of things that take so much work each, one after the other, those of this part: about as much as any other part has,
-    /// and each thing is in one part.
+    /// The consecutive items of this part, given the work of each item. Parts have about equal work, and each
+    /// item is in one part.
     pub(crate) fn share(self, work: &[u64]) -> std::ops::Range<usize> {
         let all: u128 = work.iter().map(|&work| u128::from(work.max(1))).sum();
-        // A thing belongs to the part that its middle lies in.
+        // An item belongs to the part that its midpoint lies in.
         let end = |parts: u32| {
             let mut before = 0;
             work.iter()

@@ -1,4 +1,4 @@
-//! Which tiles the rays of some scans may meet.
+//! The tiles that the rays of some scans may hit.
 
 use std::collections::BTreeMap;
 
@@ -8,12 +8,13 @@ use dmp_reduce::FrameSet;
 use crate::plan::Plan;
 use crate::run_poses::RunPoses;
 
-/// Of every row of tiles the first and last column in reach.
+/// For every row of tiles the first and last column in reach.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub(super) struct Reach(BTreeMap<i32, (i32, i32)>);
 
 impl Reach {
-    /// Of rays so long from where the sensor was in some frames, and from a tile around: it moves while it measures.
+    /// Of rays of this length from the sensor's positions in some frames, plus a tile around: the sensor
+    /// moves during a scan.
     pub(super) fn of(plan: &Plan, frames: &FrameSet, poses: &RunPoses, edge_m: f64, horizon_m: f64) -> Self {
         let mut reach = Self::default();
         let steps = (horizon_m / edge_m).ceil() as i32 + 1;
@@ -36,7 +37,7 @@ impl Reach {
         }
     }
 
-    /// Whether some tiles have one in common with it.
+    /// Whether it has a tile in common with a span.
     pub(super) fn meets(&self, span: &TileSpan) -> bool {
         self.0.iter().any(|(&y, &(low, high))| {
             let (first, last) = (TileId { y, x: low }, TileId { y, x: high });

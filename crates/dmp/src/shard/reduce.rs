@@ -1,4 +1,4 @@
-//! What all parts came to becomes a report.
+//! The reduce stage: the results of all parts become a report.
 
 use dmp_sensor::ReturnCounts;
 
@@ -11,15 +11,15 @@ use super::stage::Stage;
 use crate::drift::Revisits;
 use crate::evaluation::FuseTotals;
 use crate::heads::Heads;
-use crate::report::{Findings, MapReport, PassTimes, Report, ToldMap};
+use crate::report::{Findings, MapReport, MapSummary, PassTimes, Report};
 use crate::work::{Casting, MapFacts};
 
 impl Shard<'_> {
-    /// Adds up what all parts came to. The report is that of [`evaluate`](crate::evaluate) to the bit, but for its `timing` and
-    /// `memory`, which are those of this process; its sums by tile are left out.
+    /// Adds up the results of all parts. The report equals that of [`evaluate`](crate::evaluate) to the bit,
+    /// except for `timing` and `memory`, which are those of this process, and sums by tile, which it lacks.
     ///
     /// # Errors
-    /// When a part is missing, damaged or of another plan, or a scan is missing or comes twice.
+    /// When a part is missing, damaged or of another plan, or a scan is missing or duplicated.
     pub fn reduce(&self) -> Result<Report, ShardError> {
         let start = std::time::Instant::now();
         let mut planned = self.planned()?;
@@ -59,13 +59,13 @@ impl Shard<'_> {
         report.drift = drift;
         let pieces = merged.iter().flat_map(|(_, part)| part.pieces.iter().flatten());
         report.memory.disk_bytes += pieces.map(|piece| piece.bytes).sum::<u64>();
-        self.plan.content.told.put_into(&mut report);
+        self.plan.content.vetted.put_into(&mut report);
         Ok(report)
     }
 }
 
-/// What is told of the map of a run, whose pieces have no tile in common.
-fn map_of(merged: &[(Part, MergedPart)], run: usize) -> ToldMap {
+/// The report's summary of a run's map, whose pieces have no tile in common.
+fn map_of(merged: &[(Part, MergedPart)], run: usize) -> MapSummary {
     let pieces = || merged.iter().filter_map(|(_, part)| (*part.pieces.get(run)?).as_ref());
     let thin_voxels = Some(pieces().map(|piece| piece.thin_voxels).sum());
     let report = MapReport {
@@ -74,5 +74,5 @@ fn map_of(merged: &[(Part, MergedPart)], run: usize) -> ToldMap {
         thin_voxels,
         ..MapReport::default()
     };
-    ToldMap { report, facts: MapFacts { fused: true, thin_voxels, ..MapFacts::default() } }
+    MapSummary { report, facts: MapFacts { fused: true, thin_voxels, ..MapFacts::default() } }
 }

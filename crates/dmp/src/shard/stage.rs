@@ -4,23 +4,23 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-/// A stage whose parts are done by themselves.
+/// A stage whose parts are independent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 #[non_exhaustive]
 pub enum Stage {
-    /// Scans become sums of voxels.
+    /// Sums scans into voxels.
     Fuse,
-    /// Sums become surfels, tile by tile.
+    /// Computes surfels from the sums, tile by tile.
     Merge,
-    /// Scans are cast into the maps.
+    /// Casts scans into the maps.
     Cast,
-    /// Visits are brought onto each other.
+    /// Registers pairs of visits.
     Drift,
 }
 
 impl Stage {
-    /// All of them, in order.
+    /// All stages, in order.
     pub const ALL: [Self; 4] = [Self::Fuse, Self::Merge, Self::Cast, Self::Drift];
 
     /// Its name, as in the names of files.

@@ -1,4 +1,4 @@
-//! How many parts make sense.
+//! Suggests a number of parts for each stage.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,17 +6,18 @@ use crate::evaluation::Evaluation;
 
 // Measured on one core: docs/scale.md.
 
-/// What a return takes to be fused, and to be cast, in each run, seconds, about; and a pair of visits to be brought onto each other.
+/// Approximate time to fuse, and to cast, a return in each run, and to register a pair of visits, seconds.
 const FUSE_S: f64 = 5e-8;
 const CAST_S: f64 = 2.5e-7;
 const PAIR_S: f64 = 0.04;
-/// What the voxels of a return take to be merged, seconds, about.
+/// Approximate time to merge the voxels of a return, seconds.
 const MERGE_S: f64 = 8e-9;
-/// A part takes at least so long, that what begins it does not count, and not much longer than this, that little is lost with it.
+/// A part takes at least this long, so that its start-up is negligible, and not much longer, so that little
+/// is lost with it.
 const LEAST_S: f64 = 10.0;
 const MOST_S: f64 = 120.0;
 
-/// What the parts are done on.
+/// The machine that does the parts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Machine {
@@ -24,19 +25,19 @@ pub struct Machine {
     pub cores: usize,
 }
 
-/// How many parts of each stage make sense.
+/// The suggested number of parts for each stage.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Suggested {
-    /// For so many cores.
+    /// Number of cores it is suggested for.
     pub cores: usize,
-    /// Parts in which scans are fused.
+    /// Number of fuse parts.
     pub fuse: u32,
-    /// Parts in which tiles are merged.
+    /// Number of merge parts.
     pub merge: u32,
-    /// Parts in which scans are cast.
+    /// Number of cast parts.
     pub cast: u32,
-    /// Parts in which drift is measured.
+    /// Number of drift parts.
     pub drift: u32,
     /// Least memory of a part, bytes.
     pub memory_bytes: u64,
@@ -66,7 +67,7 @@ impl Suggested {
     }
 }
 
-/// As many parts as there are cores, or a multiple of that, where each takes long enough.
+/// The number of cores or a multiple, as long as each part takes long enough.
 fn parts_of(work_s: f64, cores: usize) -> u32 {
     let cores = cores.clamp(1, 100_000) as f64;
     let rounds = (work_s / (cores * MOST_S)).ceil().max(1.0);

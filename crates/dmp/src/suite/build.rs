@@ -1,18 +1,19 @@
-//! Making the report of a suite.
+//! Builds the report of a suite.
 
 use dmp_reduce::Confidence;
 
 use super::contents::{SuiteLogReport, SuitePromiseReport, SuiteReport};
 use super::judge::judge;
 use super::log::SuiteLog;
-use super::pair::{SuitePairReport, on_logs, signs, told};
-use crate::report::{RunReport, Warning};
+use super::pair::{SuitePairReport, on_logs, report_of, signs};
+use crate::report::RunReport;
 
-/// What the reports of all logs say of every pair of versions together.
+/// Summarises the reports of all logs for every pair of versions.
 ///
-/// On each log a pair is better, worse, mixed, same or undecided, by the log's own verdict. Over all logs the first two are the
-/// signs of an exact two-sided sign test; the rest gives no sign. All pairs of versions share the error that `confidence`
-/// leaves. Logs are taken for independent: several of one place on one day are not.
+/// On each log a pair is better, worse, mixed, same or undecided, by the log's own verdict. Over all logs,
+/// better and worse are the signs of an exact two-sided sign test; the rest has no sign. All pairs of
+/// versions share the error rate that `confidence` leaves. Logs are assumed independent: several of one place
+/// on one day are not.
 pub fn suite_report(versions: &[String], logs: &[SuiteLog], confidence: Confidence) -> SuiteReport {
     let mut names: Vec<(&str, &str)> = Vec::new();
     for (k, a) in versions.iter().enumerate() {
@@ -26,7 +27,7 @@ pub fn suite_report(versions: &[String], logs: &[SuiteLog], confidence: Confiden
         .iter()
         .zip(found)
         .zip(counted.into_iter().zip(judged))
-        .map(|((&names, found), (signs, judged))| told(names, found, signs, judged, each))
+        .map(|((&names, found), (signs, judged))| report_of(names, found, signs, judged, each))
         .collect();
     SuiteReport {
         schema: SuiteReport::SCHEMA.to_owned(),
@@ -54,13 +55,13 @@ fn of_log(log: &SuiteLog) -> SuiteLogReport {
     }
 }
 
-/// The logs that were scored: those first where more pairs are decided for the version that was named first, then those where
-/// the other loses by more.
+/// The scored logs: first by the number of pairs decided for the version named first, then by how much the
+/// other loses.
 fn worst_first(logs: &[SuiteLog], pairs: &[SuitePairReport]) -> Vec<String> {
     let loss = |log: &SuiteLog| {
         let on_log = || pairs.iter().filter_map(|pair| Some((pair, pair.on(&log.name)?)));
         let lost = on_log().filter(|(pair, on)| on.verdict.better() == Some(&pair.a)).count();
-        // a − b is least where b loses most.
+        // a − b is smallest where b loses most.
         let by_m = on_log().filter_map(|(_, on)| on.rms_difference_m).fold(0.0_f64, f64::min);
         (lost, by_m)
     };
@@ -85,23 +86,22 @@ fn warnings(versions: &[String], logs: &[SuiteLog]) -> Vec<String> {
             .collect();
         if !without.is_empty() {
             warnings.push(format!(
-                "{version} is not compared on {} of {} logs ({}): where it fails it cannot lose",
+                "{version} is not compared on {} of {} logs ({}): it cannot lose where it fails",
                 without.len(),
                 logs.len(),
                 without.join(", ")
             ));
         }
     }
-    let is_blind =
-        |run: &RunReport| run.warnings.iter().any(|warning| matches!(warning, Warning::FewRevisits { .. }));
     let blind: Vec<&str> = logs
         .iter()
-        .filter(|log| log.report.as_ref().is_ok_and(|report| report.runs.iter().all(is_blind)))
+        .filter(|log| {
+            log.report.as_ref().is_ok_and(|report| report.runs.iter().all(RunReport::has_few_revisits))
+        })
         .map(|log| log.name.as_str())
         .collect();
     if !blind.is_empty() {
-        warnings
-            .push(format!("hardly a place is seen again, so drift is invisible, on {}", blind.join(", ")));
+        warnings.push(format!("few places are revisited, so drift is not visible, on {}", blind.join(", ")));
     }
     warnings
 }

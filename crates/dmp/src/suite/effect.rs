@@ -1,17 +1,17 @@
-//! By how many metres two versions differ over several logs.
+//! The difference in metres of two versions over several logs.
 
 use dmp_reduce::{Confidence, Median};
 use serde::{Deserialize, Serialize};
 
-/// The median over the logs of a difference of two versions, a − b: negative where a is better.
+/// The median over the logs of a difference between two versions, a − b: negative if a is better.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct EffectReport {
-    /// The median, metres; null where no log gives a difference.
+    /// The median, metres; null if no log has a difference.
     pub median_m: Option<f64>,
-    /// Its interval, two of the logs' differences, metres; null where there are too few.
+    /// Its interval, bounded by two of the logs' differences, metres; null with too few logs.
     pub interval_m: Option<[f64; 2]>,
-    /// Logs that give a difference.
+    /// Number of logs with a difference.
     pub logs: usize,
 }
 

@@ -1,10 +1,10 @@
-//! Whether two versions differ over several logs.
+//! Tests whether two versions differ over several logs.
 
 use dmp_reduce::{Confidence, Holm, sign_test, signs_needed};
 
 use super::outcome::Outcome;
 
-/// How often each of two versions is better, and on how many logs both were compared.
+/// The number of logs on which each of two versions is better, and on which both were compared.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(super) struct Signs {
     pub(super) a_better: u64,
@@ -12,18 +12,18 @@ pub(super) struct Signs {
     pub(super) compared: u64,
 }
 
-/// What comes of a pair.
+/// The result for a pair.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Judged {
     pub(super) outcome: Outcome,
-    /// The chance of signs as unequal as these.
+    /// The probability of signs at least as unequal as these.
     pub(super) p_value: f64,
-    /// Logs that would have to decide, all alike.
+    /// Number of logs needed for a verdict if all agree.
     pub(super) logs_needed: u64,
 }
 
-/// Every pair of versions by the sign test over the logs; all pairs together err as seldom as asked, whatever depends on
-/// what among them (Holm).
+/// Tests every pair of versions by the sign test over the logs. The family-wise error rate is as asked, under
+/// any dependence among the pairs (Holm).
 pub(super) fn judge(pairs: &[Signs], confidence: Confidence) -> Vec<Judged> {
     let chances: Vec<f64> = pairs.iter().map(|signs| sign_test(signs.a_better, signs.b_better)).collect();
     let holm = Holm::of(&chances, 1.0 - confidence.level());
@@ -32,7 +32,7 @@ pub(super) fn judge(pairs: &[Signs], confidence: Confidence) -> Vec<Judged> {
     let judged = |((signs, p_value), is_decided): ((&Signs, f64), bool)| {
         let outcome = match is_decided {
             true => Outcome::Better,
-            // However the logs had gone.
+            // Whatever the signs are.
             false if signs.compared < logs_needed => Outcome::TooFewLogs,
             false => Outcome::Undecided,
         };
@@ -57,8 +57,9 @@ mod tests {
         [Confidence::new(0.9).unwrap(), Confidence::new(0.95).unwrap(), Confidence::P99]
     }
 
-    /// All outcomes of two equal versions, of which a log decides this share; the chance that they are told apart.
-    fn told_apart(logs: u64, share: f64, wins: f64, confidence: Confidence) -> f64 {
+    /// The probability that two equal versions are ranked apart, over all outcomes; a log decides with
+    /// probability `share`.
+    fn ranked_apart(logs: u64, share: f64, wins: f64, confidence: Confidence) -> f64 {
         let mut chance = 0.0;
         for a in 0..=logs {
             for b in 0..=logs - a {
@@ -79,19 +80,19 @@ mod tests {
     }
 
     #[test]
-    fn two_equal_versions_are_told_apart_no_more_often_than_promised() {
+    fn equal_versions_are_ranked_apart_no_more_often_than_promised() {
         for confidence in levels() {
             for (logs, share) in [(4, 1.0), (8, 1.0), (12, 0.5), (12, 1.0), (30, 0.9), (40, 0.02)] {
-                let chance = told_apart(logs, share, 0.5, confidence);
+                let chance = ranked_apart(logs, share, 0.5, confidence);
                 assert!(chance <= 1.0 - confidence.level(), "{logs} logs, {share}: {chance}");
             }
         }
-        // It is no test that never speaks.
-        assert!(told_apart(30, 1.0, 0.5, Confidence::new(0.9).unwrap()) > 0.04);
+        // The test has power: it is not always undecided.
+        assert!(ranked_apart(30, 1.0, 0.5, Confidence::new(0.9).unwrap()) > 0.04);
     }
 
-    /// Three equal versions on twelve logs: on each, any of their six orders is as likely as any other. Every way of counting the
-    /// orders.
+    /// Three equal versions on twelve logs: on each log, all six orders are equally likely. Enumerates all
+    /// counts of the orders.
     #[test]
     fn three_equal_versions_share_the_error() {
         const ORDERS: [[usize; 3]; 6] = [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
@@ -122,11 +123,11 @@ mod tests {
     }
 
     #[test]
-    fn versions_that_differ_are_told_apart() {
+    fn versions_that_differ_are_ranked_apart() {
         // Better on nineteen of twenty logs that decide.
-        assert!(told_apart(12, 1.0, 0.95, Confidence::P99) > 0.85);
-        assert!(told_apart(20, 0.9, 0.95, Confidence::P99) > 0.95);
-        assert!(told_apart(12, 1.0, 1.0, Confidence::P99) == 1.0);
+        assert!(ranked_apart(12, 1.0, 0.95, Confidence::P99) > 0.85);
+        assert!(ranked_apart(20, 0.9, 0.95, Confidence::P99) > 0.95);
+        assert!(ranked_apart(12, 1.0, 1.0, Confidence::P99) == 1.0);
     }
 
     #[test]

@@ -1,27 +1,27 @@
-//! A log of a suite, as it was scored.
+//! A scored log of a suite.
 
 use serde::{Deserialize, Serialize};
 
 use crate::report::Report;
 
-/// A log of a suite, and what came of scoring all versions on it together.
+/// A log of a suite, and the result of scoring all versions on it together.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SuiteLog {
-    /// What it is called.
+    /// Its name.
     pub name: String,
-    /// The report, whose runs are called like the versions; else why there is none.
+    /// The report, whose runs have the names of the versions; else why there is none.
     pub report: Result<Report, String>,
-    /// Versions that have no run on it, or whose run is no part of the report, with why.
+    /// Versions without a run on it, or whose run is not in the report, with the reason.
     pub missing: Vec<MissingReport>,
 }
 
 impl SuiteLog {
-    /// Every version that is not compared on this log, those left out by the report among them.
+    /// Every version that is not compared on this log, including those that the report excludes.
     pub(super) fn all_missing(&self) -> Vec<MissingReport> {
         let left_out = self.report.iter().flat_map(|report| &report.left_out);
         let left_out = left_out.map(|run| MissingReport {
             version: run.name.clone(),
-            reason: format!("left out: {}", run.reason),
+            reason: format!("excluded: {}", run.reason),
         });
         self.missing.iter().cloned().chain(left_out).collect()
     }

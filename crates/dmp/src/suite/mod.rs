@@ -1,4 +1,4 @@
-//! Versions of a SLAM beside each other on several logs: what the reports of all logs say together.
+//! Compares versions of a SLAM system on several logs, from the reports of all logs.
 
 mod build;
 mod contents;

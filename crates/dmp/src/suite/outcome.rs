@@ -1,15 +1,15 @@
-//! What is decided between two versions.
+//! The outcome between two versions.
 
 use serde::{Deserialize, Serialize};
 
-/// What is decided between two versions over all logs.
+/// The outcome between two versions over all logs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Outcome {
     /// One is better.
     Better,
-    /// Neither is beyond chance.
+    /// The difference is not significant.
     Undecided,
-    /// However these logs had gone, they could not have decided.
+    /// With this number of logs no outcome could be significant.
     TooFewLogs,
 }

@@ -1,4 +1,4 @@
-//! Two versions over all logs.
+//! Compares two versions over all logs.
 
 use dmp_reduce::Confidence;
 use serde::{Deserialize, Serialize};
@@ -9,61 +9,64 @@ use super::log::SuiteLog;
 use super::outcome::Outcome;
 use crate::report::{Report, Verdict};
 
-/// Which of the scales, the largest first, differences of root mean squares are told at: 0.5 m on a drive.
-const TOLD_SCALE: usize = 2;
+/// The scale, counted from the largest, at which differences of root mean squares are reported: 0.5 m on a
+/// drive.
+const REPORTED_SCALE: usize = 2;
 
 /// Two versions over all logs.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SuitePairReport {
-    /// The one that was named first.
+    /// The version named first.
     pub a: String,
     /// The other.
     pub b: String,
-    /// What is decided.
+    /// The outcome.
     pub outcome: Outcome,
-    /// The version that is better; null where neither is.
+    /// The better version; null if none is.
     pub better: Option<String>,
-    /// The chance that fair coins fall as unequally as `a_better` and `b_better`: the exact two-sided sign test.
+    /// The probability that fair coins fall at least as unequally as `a_better` and `b_better`: the exact
+    /// two-sided sign test.
     pub p_value: f64,
-    /// Logs that would have to decide, all alike, for a verdict.
+    /// Number of logs needed for a verdict if all agree.
     pub logs_needed: u64,
-    /// Logs on which both were compared.
+    /// Number of logs on which both were compared.
     pub compared: u64,
-    /// Of these, how many say that a is better.
+    /// Number of those on which a is better.
     pub a_better: u64,
-    /// That b is better.
+    /// On which b is better.
     pub b_better: u64,
-    /// That one is better on the whole, the other at places: no sign.
+    /// On which one is better overall, the other at places: no sign.
     pub mixed: u64,
-    /// That both are the same: no sign.
+    /// On which both are equal: no sign.
     pub same: u64,
-    /// Nothing: no sign.
+    /// On which the pair is undecided: no sign.
     pub undecided: u64,
-    /// The truncation of `rms_difference`, metres; null where logs have different ones.
+    /// The truncation of `rms_difference`, metres; null if it differs between logs.
     pub scale_m: Option<f64>,
-    /// Root mean square residual of a less that of b, on common returns.
+    /// Root mean square residual of a minus that of b, on common returns.
     pub rms_difference: EffectReport,
-    /// Root mean square drift of a less that of b, on common pairs of visits.
+    /// Root mean square drift of a minus that of b, on common pairs of visits.
     pub drift_difference: EffectReport,
     /// The verdict in words.
     pub reason: String,
-    /// Each log on which both were compared, worst first: those where a is better, by most, and last those where b is.
+    /// Each log on which both were compared, worst first: those where a is better, by most, and last those
+    /// where b is.
     pub logs: Vec<LogPairReport>,
 }
 
 impl SuitePairReport {
-    /// Whether it is the pair of these two, whichever stands first.
+    /// Whether it is the pair of these two, in either order.
     pub fn is_of(&self, one: &str, other: &str) -> bool {
         (self.a == one && self.b == other) || (self.a == other && self.b == one)
     }
 
-    /// What a log says of the two; `None` where they were not compared on it.
+    /// The result on a log; `None` if they were not compared on it.
     pub fn on(&self, log: &str) -> Option<&LogPairReport> {
         self.logs.iter().find(|pair| pair.log == log)
     }
 
-    /// On how many logs this version is worse than the other one.
+    /// Number of logs on which this version is worse than the other.
     pub fn worse(&self, version: &str) -> u64 {
         if self.a == version { self.b_better } else { self.a_better }
     }
@@ -74,12 +77,13 @@ impl SuitePairReport {
 pub struct LogPairReport {
     /// The log.
     pub log: String,
-    /// What is decided on it: `verdict`, `is_same`, `better_on_the_whole` and `decided_at_m`, as in the log's own result.
+    /// The log's verdict: `verdict`, `is_same`, `better_on_the_whole` and `decided_at_m`, as in the log's own
+    /// result.
     #[serde(flatten)]
     pub verdict: Verdict,
-    /// Root mean square residual of a less that of b, metres: negative where a is better.
+    /// Root mean square residual of a minus that of b, metres: negative if a is better.
     pub rms_difference_m: Option<f64>,
-    /// Root mean square drift of a less that of b, metres.
+    /// Root mean square drift of a minus that of b, metres.
     pub drift_difference_m: Option<f64>,
 }
 
@@ -103,7 +107,7 @@ pub(super) fn on_logs(logs: &[SuiteLog], a: &str, b: &str) -> (Vec<LogPairReport
 fn on_log(report: &Report, log: &str, a: &str, b: &str) -> Option<(LogPairReport, Option<f64>)> {
     let pair = report.pair(a, b)?;
     let sign = if pair.a == a { 1.0 } else { -1.0 };
-    let scale = pair.scales.get(TOLD_SCALE);
+    let scale = pair.scales.get(REPORTED_SCALE);
     let rms_m = scale.and_then(|scale| Some(scale.mean_a_m2?.sqrt() - scale.mean_b_m2?.sqrt()));
     let drift = report.drift.iter().flat_map(|drift| &drift.comparisons);
     let drift_m = drift.filter(|drift| drift.pairs > 0).find_map(|drift| {
@@ -123,7 +127,7 @@ fn on_log(report: &Report, log: &str, a: &str, b: &str) -> Option<(LogPairReport
     Some((found, scale.map(|scale| scale.scale_m)))
 }
 
-/// How bad a log is for the version that was named later: 0 is worst.
+/// Rank of a log for the version named later: 0 is worst.
 fn side(pair: &LogPairReport, a: &str, b: &str) -> u8 {
     match (&pair.verdict, pair.verdict.ahead()) {
         (Verdict::Better { .. }, Some(run)) if run == a => 0,
@@ -139,8 +143,8 @@ pub(super) fn signs(logs: &[LogPairReport], a: &str, b: &str) -> Signs {
     Signs { a_better: better(a), b_better: better(b), compared: logs.len() as u64 }
 }
 
-/// The pair as it is told.
-pub(super) fn told(
+/// The reported pair.
+pub(super) fn report_of(
     (a, b): (&str, &str),
     (logs, scale_m): (Vec<LogPairReport>, Option<f64>),
     signs: Signs,
@@ -191,7 +195,7 @@ fn reason((a, b): (&str, &str), signs: Signs, judged: Judged) -> String {
     }
 }
 
-/// `p = 0.012`, or that it is tiny.
+/// `p = 0.012`, or `p <` a bound.
 fn p_in_words(p_value: f64) -> String {
     match p_value {
         p if p < 1e-4 => "p < 0.0001".to_owned(),

@@ -7,7 +7,7 @@ fn versions() -> Vec<String> {
     vec!["old".into(), "new".into()]
 }
 
-/// The samples' report with two of its runs called old and new, and this verdict.
+/// The samples' report with two of its runs named old and new, and this verdict.
 fn report(better: Option<&str>, new_cm: f64) -> Report {
     let mut report = scores();
     for run in &mut report.runs {
@@ -86,7 +86,7 @@ fn a_log_where_the_later_version_loses_stands_first() {
 }
 
 #[test]
-fn what_is_not_compared_is_told() {
+fn what_is_not_compared_is_reported() {
     let mut logs = nine();
     logs.truncate(3);
     logs.push(SuiteLog { name: "lost".into(), report: Err("no such file".into()), missing: Vec::new() });
@@ -103,10 +103,10 @@ fn what_is_not_compared_is_told() {
     );
     let expected = [
         "lost was not scored: no such file",
-        "new is not compared on 1 of 5 logs (odd): where it fails it cannot lose",
+        "new is not compared on 1 of 5 logs (odd): it cannot lose where it fails",
     ];
     assert_eq!(found.warnings, expected);
-    assert_eq!(found.log("odd").unwrap().missing[0].reason, "left out: it belongs to another log");
+    assert_eq!(found.log("odd").unwrap().missing[0].reason, "excluded: it belongs to another log");
     assert_eq!(found.worst_first.len(), 4);
 }
 

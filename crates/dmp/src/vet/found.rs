@@ -1,4 +1,4 @@
-//! What vetting found of a run, and how it is told.
+//! The vetting result of a run, and its messages.
 
 use dmp_calibrate::{Axis, Calibration, Estimate, Silence};
 
@@ -7,56 +7,58 @@ use crate::error::EvaluateError;
 use crate::report::{ConventionsReport, EstimateReport};
 use crate::setting_name::SettingName;
 
-/// What was found of one run.
+/// The vetting result of one run.
 #[derive(Debug)]
 pub struct Found {
     /// Its name.
     pub name: String,
-    /// Share of the returns looked at that meet those of another scan near by, as the run was given.
+    /// Share of the returns that match those of a nearby scan, with the run as given.
     pub together: Option<f64>,
-    /// The same with another reading of what was given, by which the scans fit together much better.
+    /// The same with another interpretation of the input that fits much better.
     pub together_as_read: Option<f64>,
-    /// Errors of time and mounting, after such a reading; `None` where the scans do not tell.
+    /// Estimated clock offset and extrinsic, after such an interpretation; `None` if the scans do not
+    /// determine them.
     pub calibration: Option<Calibration>,
-    /// What puts right what is beyond doubt, in this order.
+    /// The fixes for the certain errors, in this order.
     pub mends: Vec<Mend>,
-    /// Whether they can be applied to the run; not to how the poses are meant that an odometry lies between.
+    /// Whether they can be applied to the run; a pose format cannot be changed once an odometry interpolates
+    /// between the poses.
     pub can_be_mended: bool,
-    /// Whether by it alone points are at one instant already: then nothing is said of its clock and mounting.
+    /// Whether, by this run alone, the points are already motion-corrected: then its clock and extrinsic are
+    /// not judged.
     pub is_at_odds: bool,
-    /// Why it does not belong to the log as it was given; `None` where it does.
+    /// Why it does not belong to the log as given; `None` if it does.
     pub left_out: Option<LeftOut>,
-    /// Whether it is scored: it belongs, or no run does, so that nobody is harmed.
+    /// Whether it is scored: it belongs, or no run does and excluding all would help nobody.
     pub is_kept: bool,
 }
 
-/// Why a run is left out of everything that runs share.
+/// Why a run is excluded from everything that runs share.
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum LeftOut {
     /// It has no poses for the log's scans.
     NotPaired(Box<EvaluateError>),
-    /// Its poses are read in a wrong way, by far.
+    /// Its poses are clearly misinterpreted.
     Misread,
-    /// Where it turns, the scans fit together as well without the turn.
+    /// At its turns, the scans fit together as well without the turn.
     OtherTurns {
-        /// Share of the returns that meet another scan where it turns.
+        /// Share of the returns at turns that match another scan.
         turned: f64,
         /// The same without the turn.
         straight: f64,
     },
-    /// The scans fit together no better with its poses than with each other's.
+    /// The scans fit together no better with its own poses than with other scans' poses.
     Unrelated {
-        /// Share of the returns that meet another scan, put at the pose of another scan.
+        /// Share of the returns that match another scan, with shuffled poses.
         together_mixed_up: f64,
     },
 }
 
 impl Found {
-    /// In a sentence, with the words that `name` has for settings, what is wrong and what puts it right; `None` where nothing
-    /// is.
+    /// The error and its fix, in a sentence; `name` gives the name of a setting. `None` without an error.
     pub fn message_with(&self, mended: bool, name: &dyn Fn(SettingName) -> String) -> Option<String> {
-        let head = if self.is_kept { "" } else { " is left out" };
+        let head = if self.is_kept { "" } else { " is excluded" };
         let left_out = |why: String| Some(format!("run `{}`{head}: {why}", self.name));
         match &self.left_out {
             Some(LeftOut::NotPaired(error)) => {
@@ -66,16 +68,16 @@ impl Found {
             }
             Some(LeftOut::Unrelated { together_mixed_up }) => {
                 return left_out(format!(
-                    "its poses have nothing to do with the scans of this log: {:.0} % of the returns meet those of other scans \
-                     near by, and {:.0} % with the poses of other scans",
+                    "its poses do not match the scans of this log: {:.0} % of the returns meet those of nearby scans, {:.0} % \
+                     with the poses of other scans",
                     100.0 * self.together.unwrap_or(0.0),
                     100.0 * together_mixed_up
                 ));
             }
             Some(LeftOut::OtherTurns { turned, straight }) => {
                 return left_out(format!(
-                    "its poses have nothing to do with the scans of this log: where it turns, {:.0} % of the returns meet those \
-                     of other scans near by, and {:.0} % without the turn",
+                    "its poses do not match the scans of this log: in turns, {:.0} % of the returns meet those of nearby \
+                     scans, {:.0} % without the turn",
                     100.0 * turned,
                     100.0 * straight
                 ));
@@ -88,19 +90,19 @@ impl Found {
         }
         let options = self.options(name).join(" ");
         Some(if mended && self.can_be_mended {
-            format!("run `{}`: {what}; mended, as by {options}", self.name)
+            format!("run `{}`: {what}; fixed with {options}", self.name)
         } else if self.can_be_mended {
             format!(
-                "run `{}`{head}: {what}; {options} mends it, and so does {}",
+                "run `{}`{head}: {what}; fix it with {options}, or with {}",
                 self.name,
                 name(SettingName::Mend)
             )
         } else {
-            format!("run `{}`{head}: {what}; {options} mends it", self.name)
+            format!("run `{}`{head}: {what}; fix it with {options}", self.name)
         })
     }
 
-    /// For a report: what the scans say of its clock and mounting; `mended`, whether what is off was put right.
+    /// For a report: the estimated clock offset and extrinsic; `mended` says whether errors were fixed.
     pub fn report(&self, mended: bool, name: &dyn Fn(SettingName) -> String) -> ConventionsReport {
         let estimate = |one: Estimate| EstimateReport {
             axis: one.axis.name().to_owned(),
@@ -127,7 +129,7 @@ impl Found {
         self.mends.iter().map(|mend| mend.message_with(&self.name, name)).collect()
     }
 
-    /// Why it cannot be told whether its clock is off, where that is so.
+    /// Why its clock could not be checked, if so.
     pub(super) fn clock_is_unknown(&self) -> Option<String> {
         let as_given = self.is_kept && self.together_as_read.is_none();
         let calibration = self.calibration.as_ref().filter(|_| as_given)?;
@@ -136,10 +138,10 @@ impl Found {
             None if calibration.of(Axis::Time).is_seen => return None,
             None => "its scans do not show it".to_owned(),
         };
-        Some(format!("run `{}`: whether its clock is off too cannot be told: {why}", self.name))
+        Some(format!("run `{}`: its clock could not be checked: {why}", self.name))
     }
 
-    /// Whether by this run points are at one instant already.
+    /// The estimate by which, for this run, the points are already motion-corrected.
     pub(super) fn points_are_corrected(&self) -> Option<Estimate> {
         let sweep = self.calibration.as_ref()?.of(Axis::Sweep);
         (sweep.pays && sweep.value + sweep.half < 0.5).then_some(sweep)
@@ -150,27 +152,25 @@ impl Found {
         if let (Some(given), Some(read)) = (self.together, self.together_as_read) {
             let how = self.mends.first().map_or("", as_meant);
             parts.push(format!(
-                "its poses are misread: {:.0} % of the returns meet those of other scans near by, and {:.0} % {how}",
+                "its poses are misread: {:.0} % of the returns meet those of nearby scans, {:.0} % {how}",
                 100.0 * given,
                 100.0 * read
             ));
         }
         if let Some(calibration) = &self.calibration {
-            // What is wrong with the points is not the run's.
+            // Point times concern the log, not the run.
             let off = calibration.paying().filter(|one| one.axis != Axis::Sweep || self.is_at_odds);
             let off: Vec<String> = off.map(off_in_words).collect();
             if !off.is_empty() {
                 parts.push(format!(
-                    "{}, by the scans themselves (surfaces are {:.1} cm thick, else {:.1} cm)",
+                    "{} (from the scans: surfaces become {:.1} cm thick instead of {:.1} cm)",
                     off.join(", "),
                     100.0 * calibration.after_m,
                     100.0 * calibration.before_m
                 ));
             }
             if self.is_at_odds {
-                parts.push(
-                    "that is not so by every run, or not surely, so nothing of it is put right".to_owned(),
-                );
+                parts.push("other runs do not confirm this, so nothing is fixed".to_owned());
             }
         }
         (!parts.is_empty()).then(|| parts.join("; "))
@@ -179,45 +179,41 @@ impl Found {
 
 fn as_meant(mend: &Mend) -> &'static str {
     match mend {
-        Mend::PosesAs(_) => "with poses read as they are meant",
-        Mend::Extrinsic(_) => "with the sensor mounted another way",
-        Mend::TimeOffset(_) => "at other times",
-        Mend::PoseAt(_) => "at another instant of its scans",
+        Mend::PosesAs(_) => "with another pose format",
+        Mend::Extrinsic(_) => "with another extrinsic",
+        Mend::TimeOffset(_) => "with a time offset",
+        Mend::PoseAt(_) => "at another instant of the scans",
     }
 }
 
 fn in_words(silence: Silence) -> String {
     match silence {
         Silence::Jitter { jitter_m } => format!(
-            "its poses are {:.0} cm off the way between their neighbours, by jitter, jumps or gaps: returns posed \
-             between them tell nothing of clock and mounting",
+            "its poses are {:.0} cm off the path between their neighbours (jitter, jumps or gaps), so clock and extrinsic \
+             cannot be estimated",
             100.0 * jitter_m
         ),
-        Silence::Sweep => "its scans fit best with a part of the returns' times that is neither none nor all: it is off in other \
-                           ways than are looked for"
-            .to_owned(),
+        Silence::Sweep => {
+            "its scans fit best with part of the point times, so the error is of another kind".to_owned()
+        }
     }
 }
 
-/// A number that is off, in units that people use.
+/// An estimate in display units.
 pub(super) fn off_in_words(one: Estimate) -> String {
     let Estimate { axis, value, half, .. } = one;
     let (ms, degrees, cm) = (1e3, 1.0_f64.to_degrees(), 100.0);
     match axis {
-        Axis::Time if value < 0.0 => {
-            format!("the poses hold {:.1} ± {:.1} ms later than they are taken for", -ms * value, ms * half)
-        }
-        Axis::Time => {
-            format!("the poses hold {:.1} ± {:.1} ms earlier than they are taken for", ms * value, ms * half)
-        }
+        // The sign is that of the option that fixes it: the value is added to the log's stamps.
+        Axis::Time => format!("estimated clock offset {:+.1} ± {:.1} ms", ms * value, ms * half),
         Axis::Sweep => format!(
-            "the points of a scan are at one instant already, their times are {value:.2} ± {half:.2} of true"
+            "the points of a scan are motion-corrected already (estimated scale of point times {value:.2} ± {half:.2})"
         ),
         Axis::Roll | Axis::Pitch | Axis::Yaw => {
-            format!("the sensor's {} is off by {:.2} ± {:.2}°", axis.name(), -degrees * value, degrees * half)
+            format!("estimated {} error {:.2} ± {:.2}°", axis.name(), -degrees * value, degrees * half)
         }
         Axis::X | Axis::Y | Axis::Z => {
-            format!("the sensor's {} is off by {:.1} ± {:.1} cm", axis.name(), -cm * value, cm * half)
+            format!("estimated {} error {:.1} ± {:.1} cm", axis.name(), -cm * value, cm * half)
         }
     }
 }

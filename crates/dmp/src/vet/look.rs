@@ -1,4 +1,4 @@
-//! Looking at one run by a few scans of the log.
+//! Vets one run with a few scans of the log.
 
 use dmp_calibrate::{Axis, Block, Calibration, Mount, Order, Together, Turns, calibrate, together, turns};
 use dmp_reduce::Confidence;
@@ -14,31 +14,31 @@ use crate::own_frame;
 use crate::pose_at::PoseAt;
 use crate::settings::Settings;
 
-/// How sure it must be before anything is said of a run.
+/// Confidence required before an error is reported.
 const CONFIDENCE: f64 = 0.999;
-/// Another reading is taken when the scans fit together better by this factor and this share with it. Right inputs gain
-/// less than a hundredth by any, wrong ones half as much again and more.
+/// Another interpretation is chosen if the scans fit better by this factor, and by this share of the returns.
+/// Correct inputs gain less than a hundredth from any, wrong ones half as much again and more.
 const BETTER_BY: f64 = 1.25;
 const BETTER_BY_SHARE: f64 = 0.1;
-/// A time at which the vehicle goes less far than this part of its way proves nothing: scans of one place fit together
-/// wherever that is.
+/// An interpretation in which the vehicle travels less than this part of its path proves nothing: scans of
+/// one place always fit together.
 const LEAST_WAY: f64 = 0.5;
-/// Poses that have to do with the scans bring them together better than those of other scans by this factor; told only
-/// where the way within a block is longer than this, metres of a drive.
+/// Poses that belong to the scans fit them better than other scans' poses by this factor. It is tested only
+/// where the path within a block is longer than this, metres of a drive.
 const RELATED_BY: f64 = 1.02;
 const WAY_THAT_TELLS_M: f64 = 2.0;
-/// In fewer blocks it may be chance.
-const BLOCKS_THAT_TELL: usize = 12;
-/// So it may with the turns of a run in fewer. Scans of a run that belongs fit together much better with its turns than
-/// without them, those of another drive about as well.
+/// With fewer blocks it may be chance.
+const FEWEST_BLOCKS: usize = 12;
+/// With fewer turns their test may be chance too. Scans of a run that belongs fit much better with its turns
+/// than without; those of another drive fit about equally.
 const TURNS_THAT_TELL: usize = 6;
 const TURNED_BY: f64 = 1.15;
-/// A run whose clock is off by this at most is told and not left out, nanoseconds.
+/// A run with a clock offset up to this is reported but not excluded, nanoseconds.
 const NEAR_SHIFT_NS: u64 = 1_000_000_000;
-/// A pose is taken to hold at an instant of the scan if that is as near as this, nanoseconds.
+/// An estimated offset this near to an instant of the scan counts as that instant, nanoseconds.
 const NEAR_NS: i64 = 4_000_000;
 
-/// The log by which runs are looked at.
+/// The log by which runs are vetted.
 pub(super) struct Look<'a> {
     pub(super) heads: Heads<'a>,
     pub(super) lent: Option<&'a [i64]>,
@@ -47,7 +47,7 @@ pub(super) struct Look<'a> {
 }
 
 impl Look<'_> {
-    /// What is wrong with a run, and by how much its clock and mounting are off.
+    /// Vets a run: finds its errors, and estimates clock offset and extrinsic.
     pub(super) fn at(&self, run: &Run) -> Result<Found, EvaluateError> {
         let mut found = Found {
             name: run.name.clone(),
@@ -60,7 +60,7 @@ impl Look<'_> {
             left_out: None,
             is_kept: true,
         };
-        // By itself: whether it has poses for the scans.
+        // On its own: whether it has poses for the scans.
         let alone = own_frame::place(self.heads, std::slice::from_ref(run), vec![None], self.settings);
         if let Err(error) = alone {
             return match error {
@@ -84,7 +84,7 @@ impl Look<'_> {
         let mut read = run.clone();
         if let Some((better, reading)) = self.best_reading(run, given)? {
             found.together_as_read = Some(better.share());
-            // A little earlier or later it still goes the same way.
+            // A little earlier or later it still moves in the same direction.
             let offset_ns = reading.run.time_offset_ns.unwrap_or(self.settings.time_offset_ns);
             let is_near =
                 reading.is_shift && offset_ns.abs_diff(self.settings.time_offset_ns(run)) <= NEAR_SHIFT_NS;
@@ -93,9 +93,9 @@ impl Look<'_> {
             found.mends.push(reading.mend);
             read = reading.run;
         } else if let Some(mixed_up) = self.together(run, Order::Reversed)? {
-            let tells = self.blocks.len() >= BLOCKS_THAT_TELL
+            let is_enough = self.blocks.len() >= FEWEST_BLOCKS
                 && given.way_m > WAY_THAT_TELLS_M * self.settings.metre_m() * self.blocks.len() as f64;
-            if tells && given.share() < RELATED_BY * mixed_up.share() {
+            if is_enough && given.share() < RELATED_BY * mixed_up.share() {
                 let together_mixed_up = mixed_up.share();
                 found.left_out = Some(LeftOut::Unrelated { together_mixed_up });
                 return Ok(found);
@@ -114,14 +114,14 @@ impl Look<'_> {
         Ok(found)
     }
 
-    /// The reading with which the scans fit together much better, where there is one.
+    /// The interpretation with which the scans fit much better, if there is one.
     fn best_reading(&self, run: &Run, given: Together) -> Result<Option<(Together, Reading)>, EvaluateError> {
         let speed_m_per_s = given.way_m / given.way_s.max(1e-3);
         let mut best: Option<(Together, Reading)> = None;
         for reading in readings::all(run, self.settings, self.heads.summary(), speed_m_per_s) {
             let Some(fit) = self.together(&reading.run, Order::Own)? else { continue };
             let stands = reading.is_shift && fit.way_m < LEAST_WAY * given.way_m;
-            // A share of a few returns at the end of the drive is none.
+            // A share of the few returns at the end of the drive does not count.
             let is_whole = 2 * fit.returns > given.returns;
             let better =
                 fit.share() > BETTER_BY * given.share() && fit.share() > BETTER_BY_SHARE + given.share();
@@ -149,7 +149,7 @@ impl Look<'_> {
         self.mounted(run, |mount| calibrate(self.blocks, mount, self.settings.metre_m(), sweeps, confidence))
     }
 
-    /// Does something with the run's poses on the log's clock, where scans have times.
+    /// Calls `what` with the run's poses on the log's clock, if scans have times.
     pub(super) fn mounted<T>(
         &self,
         run: &Run,
@@ -168,7 +168,8 @@ impl Look<'_> {
         }))
     }
 
-    /// What puts right what is off; nothing where points are at one instant already by this run and not by others.
+    /// Adds the fixes of detected errors. Adds none if points are motion-corrected by this run but not by
+    /// others.
     pub(super) fn add_mends(&self, run: &Run, found: &mut Found, points_are_corrected: bool) {
         let Some(calibration) = &found.calibration else { return };
         let pays = |axis: Axis| calibration.of(axis).pays;
@@ -192,8 +193,8 @@ impl Look<'_> {
         }
     }
 
-    /// An instant of the scan where that is what the poses hold at, else an offset of the clock. Where points are corrected,
-    /// and so their times are to be left aside, a scan is an instant.
+    /// The instant of the scan at which the poses hold if one is near, else a clock offset. With
+    /// motion-corrected points, whose times must be ignored, a scan is an instant.
     fn clock_mend(&self, run: &Run, later_ns: i64, half_ns: i64, points_are_corrected: bool) -> Mend {
         let after_ns = |at: PoseAt| at.after_stamp_ns(self.heads.summary());
         let offset_ns = self.settings.time_offset_ns(run).saturating_add(later_ns);
@@ -201,7 +202,7 @@ impl Look<'_> {
             return Mend::TimeOffset(rounded_ns(offset_ns.saturating_sub(after_ns(run.pose_at))));
         }
         if self.settings.time_offset_ns(run) == 0 {
-            // The poses hold so long after the stamps that they have.
+            // The poses hold this long after their stamps.
             let held_ns = after_ns(run.pose_at).saturating_sub(later_ns);
             let off_ns = |at: &PoseAt| after_ns(*at).saturating_sub(held_ns).abs();
             let nearest = PoseAt::ALL.into_iter().min_by_key(off_ns);

@@ -1,4 +1,4 @@
-//! What puts a run's bookkeeping right.
+//! Settings that fix the clock, extrinsic or pose format of a run.
 
 use dmp_sensor::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 
@@ -7,7 +7,7 @@ use crate::config::Run;
 use crate::pose_at::PoseAt;
 use crate::setting_name::SettingName;
 
-/// A setting that puts a run's bookkeeping right, with its value.
+/// A setting that fixes a run, with its value.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Mend {
@@ -17,7 +17,7 @@ pub enum Mend {
     TimeOffset(i64),
     /// [`Run::body_from_sensor`].
     Extrinsic(Isometry3<f64>),
-    /// How the file's poses are meant.
+    /// The pose format of the file.
     PosesAs(PosesAs),
 }
 
@@ -48,19 +48,19 @@ impl Mend {
     }
 }
 
-/// With as many decimals as are needed: tenths of a millisecond.
+/// With as many decimals as needed: tenths of a millisecond.
 fn seconds(ns: i64) -> String {
     let text = format!("{:.4}", ns as f64 / 1e9);
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
-/// An offset as it is told.
+/// An offset, rounded as reported.
 pub(super) fn rounded_ns(ns: i64) -> i64 {
     const TENTH_MS_NS: i64 = 100_000;
     (ns as f64 / TENTH_MS_NS as f64).round() as i64 * TENTH_MS_NS
 }
 
-/// x, y, z to a hundredth of a millimetre, and a quaternion to ten millionths: what [`rounded`] keeps.
+/// x, y, z to a hundredth of a millimetre, and a quaternion to ten millionths: the precision of [`rounded`].
 fn seven_in_words(pose: &Isometry3<f64>) -> String {
     let [x, y, z] = pose.translation.vector.into();
     let [i, j, k, w]: [f64; 4] = pose.rotation.coords.into();
@@ -74,7 +74,7 @@ fn seven_in_words(pose: &Isometry3<f64>) -> String {
     format!("{},{}", places.join(","), turn.join(","))
 }
 
-/// A pose as it is read from what is told of it, so that the option gives the same bits.
+/// A pose rounded as its report prints it, so that the option gives the same bits.
 pub(super) fn rounded(pose: &Isometry3<f64>) -> Isometry3<f64> {
     let text = seven_in_words(pose);
     let mut numbers = text.split(',').map(|number| number.parse::<f64>().unwrap_or(0.0));
@@ -90,7 +90,7 @@ mod tests {
     use dmp_sensor::Vector3;
 
     #[test]
-    fn what_is_told_is_what_is_applied() {
+    fn what_is_reported_is_what_is_applied() {
         let turn = UnitQuaternion::from_euler_angles(0.01, -0.02, 1.0);
         let pose = Isometry3::from_parts(Vector3::new(0.123_456_7, -2.0, 0.0).into(), turn);
         let once = rounded(&pose);

@@ -1,8 +1,9 @@
-//! Whether runs are what they are taken for, before anything is shared between them.
+//! Checks runs for wrong poses, clocks and extrinsics before anything is shared between them.
 //!
-//! Each run is looked at by itself on the same few scans: whether it has poses for them at all, whether another reading of its
-//! poses fits far better, and by how much its clock and its mounting are off. One that does not belong is left out of what
-//! runs share, so that the numbers of the others are those without it. `docs/conventions.md` says what was measured.
+//! Each run is checked separately on the same few scans: does it have poses for them, does another
+//! interpretation of its poses fit far better, and how large are its clock offset and extrinsic error. A run
+//! that does not belong is excluded from what runs share, so that the numbers of the others do not depend on
+//! it. `docs/conventions.md` has the measurements.
 
 mod found;
 mod look;
@@ -11,7 +12,7 @@ mod poses_as;
 mod profile;
 mod readings;
 mod sample;
-mod told;
+mod summary;
 mod vetted;
 
 use dmp_log::{LogOutline, ScanLog};
@@ -27,17 +28,17 @@ use look::Look;
 pub use mend::Mend;
 pub use poses_as::PosesAs;
 pub use profile::{Profile, profiles};
-pub use told::Told;
+pub use summary::VetSummary;
 pub use vetted::{PointTimes, Vetted};
 use vetted::{alike, corrected};
 
-/// Looks at every run by itself, leaves out those that do not belong to the log, and with `mend` puts right what is beyond
-/// doubt. Where no run belongs to the log, all are left in: it is not they.
+/// Checks every run separately and excludes those that do not belong to the log. With `mend`, fixes errors
+/// that are certain. If no run belongs to the log, all are kept: the cause is then the log.
 ///
-/// Reads up to 192 scans, evenly spread over the log. Takes a second or two for a run.
+/// Reads up to 192 scans, evenly spread over the log. Takes a second or two per run.
 ///
 /// # Errors
-/// When the log cannot be read, or a setting makes no sense.
+/// When the log cannot be read, or a setting is invalid.
 pub fn vet(
     log: &dyn ScanLog,
     runs: &[Run],
@@ -48,7 +49,7 @@ pub fn vet(
     vet_heads(Heads::Log(log), runs, config, mend, progress)
 }
 
-/// The same by fewer scans, up to 80, of a log of which only the index was read.
+/// The same with fewer scans, up to 80, of a log of which only the index was read.
 ///
 /// # Errors
 /// As [`vet`].
@@ -109,8 +110,8 @@ fn vet_heads(
     Ok(Vetted { runs, found, mended: mend, alike, point_times })
 }
 
-/// Of runs of which none belongs, keeps those that have poses for the scans: nobody is harmed by them, and it is not they
-/// that are to blame. Where none has any, the first says why.
+/// If no run belongs, keeps those with poses for the scans: the runs are not the cause. If none has poses,
+/// returns the first error.
 fn kept_all_the_same(mut found: Vec<Found>) -> Result<Vec<Found>, EvaluateError> {
     for found in &mut found {
         found.is_kept = !matches!(found.left_out, Some(LeftOut::NotPaired(_)));

@@ -1,33 +1,33 @@
-//! Poses that are written another way than they are read.
+//! Pose formats other than the default.
 
 use std::fmt;
 use std::str::FromStr;
 
 use dmp_sensor::{Isometry3, Quaternion, Trajectory, UnitQuaternion};
 
-/// How the poses of a file are meant, where that is not `world_from_body` in metres with quaternions x, y, z, w. As text
+/// The pose format of a file that is not `world_from_body` in metres with quaternions x, y, z, w. As text
 /// (`FromStr`, `Display`): `inverted`, `wxyz`, `mm`, `cm`, `km`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum PosesAs {
-    /// They are `body_from_world`.
+    /// Poses are `body_from_world`.
     Inverted,
-    /// What was read as the quaternion x, y, z, w is w, x, y, z.
+    /// Quaternions are w, x, y, z.
     Wxyz,
-    /// Places are in millimetres.
+    /// Positions are in millimetres.
     Millimetres,
-    /// Places are in centimetres.
+    /// Positions are in centimetres.
     Centimetres,
-    /// Places are in kilometres.
+    /// Positions are in kilometres.
     Kilometres,
 }
 
 impl PosesAs {
-    /// Every way.
+    /// Every format.
     pub const ALL: [Self; 5] =
         [Self::Inverted, Self::Wxyz, Self::Millimetres, Self::Centimetres, Self::Kilometres];
 
-    /// Poses read as they are meant; `None` where that makes no trajectory.
+    /// Converts poses from this format; `None` if the result is no trajectory.
     pub fn read(self, trajectory: &Trajectory) -> Option<Trajectory> {
         let scaled = |pose: &Isometry3<f64>, factor: f64| {
             Isometry3::from_parts((pose.translation.vector * factor).into(), pose.rotation)
@@ -70,9 +70,7 @@ impl FromStr for PosesAs {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let found = Self::ALL.into_iter().find(|way| way.to_string() == text);
-        found.ok_or_else(|| {
-            format!("`{text}` is no way to write poses: they may be inverted, wxyz, mm, cm or km")
-        })
+        found.ok_or_else(|| format!("`{text}` is no pose format: choose inverted, wxyz, mm, cm or km"))
     }
 }
 
@@ -86,7 +84,7 @@ mod tests {
         let turn = UnitQuaternion::from_euler_angles(0.1, -0.2, 3.0);
         let pose = Isometry3::from_parts(Vector3::new(1.0, 2.0, -3.0).into(), turn);
         let [x, y, z, w] = [turn.i, turn.j, turn.k, turn.w];
-        // As a reader of x, y, z, w has what was written w, x, y, z.
+        // A reader of x, y, z, w gets this from a file with w, x, y, z.
         let misread = UnitQuaternion::new_unchecked(Quaternion::new(z, w, x, y));
         let written = |way: PosesAs| match way {
             PosesAs::Inverted => pose.inverse(),

@@ -1,4 +1,4 @@
-//! How thick surfaces are while one number changes: what an estimate of it and its interval rest on.
+//! Profiles the thickness of surfaces over one parameter: the evidence for its estimate and interval.
 
 use dmp_calibrate::{Axis, Calibration, thickness_m};
 use dmp_log::ScanLog;
@@ -12,25 +12,26 @@ use crate::heads::Heads;
 use crate::progress::{Progress, Stage};
 use crate::work::pool;
 
-/// Values that are tried of each number, the middle one as it was given.
+/// Number of values of each parameter; the middle one is the given value.
 const VALUES: usize = 17;
-/// How far they go: so many half intervals, and at least so many times what is off.
+/// Their extent: this many half intervals, and at least this many times the estimated error.
 const HALVES: f64 = 3.0;
 const TIMES_OFF: f64 = 2.0;
 
-/// How thick surfaces are with values of one number, the others being put right.
+/// Thickness of surfaces over values of one parameter, the others being at their estimates.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Profile {
-    /// The number.
+    /// The parameter.
     pub axis: Axis,
-    /// What is tried of it, in its unit, as far to one side of what was given as to the other.
+    /// The values, in its unit, symmetric about the given one.
     pub values: Vec<f64>,
-    /// For each run that was given, the thickness with each of these, metres; `None` where a run is misread or its scans have
-    /// no surface in common.
+    /// For each given run, the thickness at each value, metres; `None` if a run is misinterpreted or its
+    /// scans share no surface.
     pub thickness_m: Vec<Option<Vec<f64>>>,
 }
 
-/// Draws on the same scans as [`vet`](super::vet), which found this of these runs. Takes ten times as long.
+/// Profiles the given runs on the scans that [`vet`](super::vet) uses; `found` is its result. Takes ten times
+/// as long.
 ///
 /// # Errors
 /// As [`vet`](super::vet).
@@ -58,7 +59,7 @@ pub fn profiles(
                 return Err(EvaluateError::Cancelled);
             }
             progress.advance(1);
-            let Some(calibration) = told(found) else { return Ok(None) };
+            let Some(calibration) = calibration_of(found) else { return Ok(None) };
             look.mounted(run, |mount| {
                 let with = |&value: &f64| {
                     let mut numbers = calibration.mended;
@@ -74,12 +75,12 @@ pub fn profiles(
     pool(means.threads)?.install(|| axes.iter().copied().map(profile).collect())
 }
 
-/// What was found of a run that is read as it was given.
-fn told(found: &Found) -> Option<&Calibration> {
+/// The calibration of a run whose input is interpreted as given.
+fn calibration_of(found: &Found) -> Option<&Calibration> {
     found.calibration.as_ref().filter(|_| found.together_as_read.is_none())
 }
 
-/// How far to either side values are tried, for all runs alike.
+/// The largest deviation of the values, the same for all runs.
 fn reach(axis: Axis, found: &[Found], metre_m: f64) -> f64 {
     let (least, most) = match axis {
         Axis::Time => (0.02, 0.3),
@@ -91,6 +92,6 @@ fn reach(axis: Axis, found: &[Found], metre_m: f64) -> f64 {
         let one = calibration.of(axis);
         (HALVES * one.half).max(TIMES_OFF * (one.value - axis.as_given()).abs())
     };
-    let seen = found.iter().filter_map(told).filter(|calibration| calibration.of(axis).is_seen);
+    let seen = found.iter().filter_map(calibration_of).filter(|calibration| calibration.of(axis).is_seen);
     seen.map(of_run).fold(least, f64::max).min(most)
 }

@@ -1,4 +1,4 @@
-//! What users get wrong about frames, units and clocks, beyond what scans of one place can tell little by little.
+//! Candidate misinterpretations of frames, units and clocks, beyond the range of a local fit.
 
 use dmp_log::LogSummary;
 use dmp_sensor::{Isometry3, Quaternion, Translation3, UnitQuaternion};
@@ -8,22 +8,23 @@ use super::poses_as::PosesAs;
 use crate::config::Run;
 use crate::settings::Settings;
 
-/// Seconds by which clocks differ: parts of a second, delays, leap seconds (GPS and UTC since 2017, TAI and UTC, TAI and
-/// GPS).
+/// Typical clock differences, seconds: parts of a second, delays, leap seconds (GPS and UTC since 2017, TAI
+/// and UTC, TAI and GPS).
 const SHIFTS_S: [f64; 14] = [0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 10.0, 18.0, 19.0, 36.0, 37.0];
-/// No vehicle with a LiDAR goes this fast; a trajectory in millimetres or centimetres does.
+/// No vehicle with a LiDAR is this fast; a trajectory in millimetres or centimetres is.
 const TOO_FAST_M_PER_S: f64 = 100.0;
 
-/// Another reading of what the user gave.
+/// Another interpretation of the user's input.
 #[derive(Debug, Clone)]
 pub(super) struct Reading {
     pub(super) run: Run,
     pub(super) mend: Mend,
-    /// Whether it moves the scans along the way: then a time at which the vehicle hardly moves proves nothing.
+    /// Whether it moves the scans along the path: then a stretch in which the vehicle barely moves proves
+    /// nothing.
     pub(super) is_shift: bool,
 }
 
-/// All readings that are tried; `speed_m_per_s` is how fast the run goes as it is given.
+/// All interpretations to try; `speed_m_per_s` is the speed of the run as given.
 pub(super) fn all(run: &Run, settings: &Settings, log: &LogSummary, speed_m_per_s: f64) -> Vec<Reading> {
     let given = settings.body_from_sensor(run);
     let mut all = Vec::new();
@@ -39,7 +40,7 @@ pub(super) fn all(run: &Run, settings: &Settings, log: &LogSummary, speed_m_per_
     let camera_from_lidar = camera_from_lidar();
     turned(camera_from_lidar * given);
     turned(given * camera_from_lidar.inverse());
-    // Upside down, and turned by quarters.
+    // Upside down, and rotated by quarter turns.
     turned(given * rotation(0.0, 1.0, 0.0, 0.0));
     turned(given * rotation(1.0, 0.0, 0.0, 1.0));
     turned(given * rotation(1.0, 0.0, 0.0, -1.0));
@@ -65,7 +66,7 @@ pub(super) fn all(run: &Run, settings: &Settings, log: &LogSummary, speed_m_per_
     all
 }
 
-/// x right, y down, z forward, of x forward, y left, z up.
+/// From x forward, y left, z up to x right, y down, z forward.
 fn camera_from_lidar() -> Isometry3<f64> {
     rotation(0.5, 0.5, -0.5, 0.5)
 }

@@ -1,4 +1,4 @@
-//! The scans that runs are vetted by: the same for all runs, whatever their poses.
+//! The scans that runs are vetted with: the same for all runs, whatever their poses.
 
 use dmp_calibrate::{Block, scans_of_block};
 use dmp_log::{LogOutline, ScanLog};
@@ -10,7 +10,7 @@ use crate::heads::Heads;
 use crate::progress::{Progress, Stage};
 use crate::settings::Settings;
 
-/// Blocks of scans over the log, scans of one, returns of one; of a log that is not read whole, less.
+/// Number of blocks, scans per block, returns per scan; less for a log that is not read whole.
 const BLOCKS: usize = 32;
 const SCANS: usize = 6;
 const RETURNS: usize = 4000;

@@ -1,84 +1,74 @@
-//! What vetting came to, and how it is told.
+//! The result of vetting all runs, and its messages.
 
 use dmp_calibrate::{Axis, Calibration, Estimate};
 
 use super::found::{Found, off_in_words};
 use super::mend::Mend;
-use super::told::Told;
+use super::summary::VetSummary;
 use crate::config::Run;
 use crate::report::LeftOutReport;
 use crate::setting_name::SettingName;
 
-/// What vetting came to.
+/// The result of vetting.
 #[derive(Debug)]
 pub struct Vetted {
-    /// The runs to be scored, put right where that was asked for.
+    /// The runs to score, fixed if requested.
     pub runs: Vec<Run>,
-    /// What was found of each run that was given.
+    /// The findings for each given run.
     pub found: Vec<Found>,
-    /// Whether what is wrong was put right.
+    /// Whether errors were fixed.
     pub mended: bool,
-    /// What all runs are off by alike: then it is not they.
+    /// The error that all runs share: then the runs are not its cause.
     pub alike: Vec<Estimate>,
-    /// What the scans say of the times of points.
+    /// The findings on the times of points.
     pub point_times: PointTimes,
 }
 
-/// What the scans say of the times that the log gives its points.
+/// How the scans judge the times that the log gives its points.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum PointTimes {
-    /// Nothing against the way they are used.
+    /// Nothing contradicts their current use.
     AsUsed,
-    /// They are used, and the points are at one instant already: so much of the times is true.
+    /// They are used, but the points are already motion-corrected: the estimated scale of the point times.
     Corrected(Estimate),
-    /// The same, and so they were left aside: for who opens the log without them to say so.
+    /// The same, and the log was opened without them.
     LeftAside(Estimate),
-    /// They are not used, and are true: for who opens the log with them, to look, to say so.
+    /// They are ignored but correct: detected by opening the log with them.
     Unused,
 }
 
 impl Vetted {
-    /// Everything that was found, a sentence each, what concerns all runs first.
+    /// All findings, a sentence each; those about all runs first.
     pub fn messages_with(&self, name: &dyn Fn(SettingName) -> String) -> Vec<String> {
         let alike = (!self.alike.is_empty()).then(|| {
             let axes: Vec<String> = self.alike.iter().copied().map(off_in_words).collect();
             let clock = self.alike.iter().any(|one| one.axis == Axis::Time).then(|| {
-                format!(
-                    "the log's clock, or the instant that its stamps stand for ({}),",
-                    name(SettingName::StampAt)
-                )
+                format!("the log's clock, or the instant of its stamps ({}),", name(SettingName::StampAt))
             });
             let mounting = self.alike.iter().any(|one| one.axis != Axis::Time);
-            let mounting = mounting.then(|| "what is said of the sensor's mounting".to_owned());
+            let mounting = mounting.then(|| "the extrinsic".to_owned());
             let blame: Vec<String> = clock.into_iter().chain(mounting).collect();
-            format!(
-                "all runs are off alike: {}; {} is the first to blame",
-                axes.join(", "),
-                blame.join(" and ")
-            )
+            format!("all runs show the same error: {}; check {} first", axes.join(", "), blame.join(" and "))
         });
         let ignore = format!("{} ignore", name(SettingName::PointTime));
         let times = match self.point_times {
             PointTimes::AsUsed => None,
-            PointTimes::Corrected(sweep) if self.mended => Some(format!(
-                "{}, by the scans themselves; but the log cannot be read with {ignore}",
-                off_in_words(sweep)
-            )),
+            PointTimes::Corrected(sweep) if self.mended => {
+                Some(format!("{}, but the log cannot be read with {ignore}", off_in_words(sweep)))
+            }
             PointTimes::Corrected(sweep) => Some(format!(
-                "{}, by the scans themselves; {ignore} mends it, and so does {}",
+                "{}; fix it with {ignore}, or with {}",
                 off_in_words(sweep),
                 name(SettingName::Mend)
             )),
-            PointTimes::LeftAside(sweep) => {
-                Some(format!("{}, by the scans themselves; mended, as by {ignore}", off_in_words(sweep)))
-            }
+            PointTimes::LeftAside(sweep) => Some(format!("{}; fixed with {ignore}", off_in_words(sweep))),
             PointTimes::Unused => Some(format!(
-                "the points of a scan were measured one after another, at the times that the log gives them: leave {} out to use these",
+                "the points of a scan were measured one after another, at the times in the log: remove {} to use them",
                 name(SettingName::PointTime)
             )),
         };
-        // Beside a run whose clock is off, one whose clock cannot be told may be off as well.
+        // If another run's clock is wrong, a clock that could not be checked may be wrong as well.
         let is_off = |found: &Found| {
             found.is_kept
                 && found.mends.iter().any(|mend| matches!(mend, Mend::TimeOffset(_) | Mend::PoseAt(_)))
@@ -92,18 +82,18 @@ impl Vetted {
         times.into_iter().chain(alike).chain(of_runs).collect()
     }
 
-    /// Of each run that was given, whether it is scored.
+    /// For each given run, whether it is scored.
     pub fn is_kept(&self) -> Vec<bool> {
         self.found.iter().map(|found| found.is_kept).collect()
     }
 
-    /// What is told of it in the report of its runs; `name` is how a setting is called.
-    pub fn told(&self, name: &dyn Fn(SettingName) -> String) -> Told {
+    /// The vetting part of the report; `name` gives the name of a setting.
+    pub fn summary(&self, name: &dyn Fn(SettingName) -> String) -> VetSummary {
         let left_out = |found: &Found| {
             let reason = found.message_with(self.mended, name).unwrap_or_default();
             (!found.is_kept).then(|| LeftOutReport { name: found.name.clone(), reason })
         };
-        Told {
+        VetSummary {
             left_out: self.found.iter().filter_map(left_out).collect(),
             conventions: self
                 .found
@@ -114,16 +104,16 @@ impl Vetted {
         }
     }
 
-    /// Whether the points of the log were measured one after another, by every run that tells.
+    /// Whether the points of the log were measured one after another, by every run that shows it.
     pub fn points_are_raw(&self) -> bool {
         all_sweeps(&self.found, |sweep| sweep.value - sweep.half > 0.5)
     }
 }
 
-/// That the points are at one instant already, where a run surely tells so and all that tell anything agree.
+/// The estimate that points are motion-corrected, if a run certainly shows it and no other run contradicts.
 pub(super) fn corrected(found: &[Found]) -> Option<Estimate> {
-    let told = found.iter().find_map(Found::points_are_corrected)?;
-    all_sweeps(found, |sweep| sweep.value + sweep.half < 0.5).then_some(told)
+    let corrected = found.iter().find_map(Found::points_are_corrected)?;
+    all_sweeps(found, |sweep| sweep.value + sweep.half < 0.5).then_some(corrected)
 }
 
 fn all_sweeps(found: &[Found], holds: impl Fn(&Estimate) -> bool) -> bool {
@@ -134,7 +124,7 @@ fn all_sweeps(found: &[Found], holds: impl Fn(&Estimate) -> bool) -> bool {
     seen().next().is_some() && seen().all(|sweep| holds(&sweep))
 }
 
-/// What all runs that are not left out are off by alike; nothing of one run.
+/// The errors that all runs share, excluded runs aside; none for a single run.
 pub(super) fn alike(found: &[Found]) -> Vec<Estimate> {
     let scored = || found.iter().filter(|found| found.is_kept);
     let as_given = scored().filter(|found| found.together_as_read.is_none());

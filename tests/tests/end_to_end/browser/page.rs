@@ -156,7 +156,6 @@ impl Page<'_> {
             _ => None,
         })
     }
-
 }
 
 /// A value as the console shows it.

@@ -1,12 +1,12 @@
-//! The project's own caster in all the ways that are measured.
+//! The project's own caster in the modes that are measured.
 
 use std::collections::HashMap;
 use std::str::FromStr;
 use std::sync::Arc;
 use std::time::Instant;
 
-use anyhow::{Context as _, anyhow, bail, ensure};
-use dmp_cast::{Answer, CastBuffers, CastSettings, Caster, Grouping, Path, Query, Wanted};
+use anyhow::{Context as _, bail};
+use dmp_cast::{CastBuffers, CastSettings, Caster, Grouping, Path, Query, Wanted};
 use dmp_map::{LooseSurfels, MapError, Tile, TileExtent, TileId, TileSource};
 
 use super::files::Work;
@@ -15,55 +15,40 @@ use super::files::Work;
 const BLOCK_RAYS: usize = 32_768;
 /// Edge of the tiles, metres, as in a map on disk.
 const TILE_EDGE_M: f64 = 32.0;
-/// How far behind the measured range a bounded cast looks, metres; the same for the others.
+/// How far behind the measured range a bounded cast searches, metres.
 pub(super) const BOUND_M: f64 = 5.0;
 
-/// What is cast with what.
+/// How rays are cast.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Mode {
     pub(super) path: Path,
     pub(super) grouping: Grouping,
-    pub(super) kind: CasterKind,
-    /// All rays twice, on two threads.
-    pub(super) twice: bool,
-}
-
-/// What casters differ in; the rest can be changed on one.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub(super) struct CasterKind {
     /// All three answers, not z1 alone.
     pub(super) three: bool,
     /// Up to [`BOUND_M`] behind the measured range.
     pub(super) bounded: bool,
-    /// One tree instead of tiles.
-    pub(super) one_tree: bool,
 }
 
-/// A limit to packets, see [`Grouping::UpTo`].
-pub(super) const UP_TO: &str = "packets-up-to-";
-
-/// `PATH-single`, `PATH-packets` or `PATH-packets-up-to-N`, then `-three`, `-bounded`, `-one-tree`, `-twice` where they are wanted.
+/// `PATH-single` or `PATH-packets`, then `-three` and `-bounded`.
 impl FromStr for Mode {
     type Err = anyhow::Error;
 
     fn from_str(name: &str) -> anyhow::Result<Self> {
-        let mut rest = name;
-        let mut ends = |suffix: &str| {
-            let before = rest.strip_suffix(suffix);
-            rest = before.unwrap_or(rest);
-            before.is_some()
+        let strip = |name: &str, suffix: &str| {
+            let before = name.strip_suffix(suffix);
+            (before.unwrap_or(name).to_owned(), before.is_some())
         };
-        let [twice, one_tree, bounded, three] = ["-twice", "-one-tree", "-bounded", "-three"].map(&mut ends);
+        let (rest, bounded) = strip(name, "-bounded");
+        let (rest, three) = strip(&rest, "-three");
         let (path, grouping) = rest.split_once('-').with_context(|| format!("{name}: unknown mode"))?;
         let path = Path::all().into_iter().find(|known| known.name() == path);
         let path = path.with_context(|| format!("{name}: this processor has no such instructions"))?;
         let grouping = match grouping {
             "single" => Grouping::Single,
             "packets" => Grouping::Auto,
-            _ if grouping.starts_with(UP_TO) => Grouping::UpTo(grouping[UP_TO.len()..].parse()?),
             _ => bail!("{name}: unknown mode"),
         };
-        Ok(Self { path, grouping, kind: CasterKind { three, bounded, one_tree }, twice })
+        Ok(Self { path, grouping, three, bounded })
     }
 }
 
@@ -94,182 +79,143 @@ impl TileSource for SharedMap {
     }
 }
 
-/// A map and the rays that are cast into it.
-#[derive(Debug)]
-struct MapAndRays {
-    map: SharedMap,
-    queries: Vec<Query>,
-    /// What was added to every coordinate of the files, metres.
-    shift_m: [f64; 3],
-}
-
-impl MapAndRays {
-    fn new(work: &Work, one_tree: bool) -> anyhow::Result<Self> {
-        let (mut edge_m, mut shift_m) = (TILE_EDGE_M, [0.0; 3]);
-        if one_tree {
-            // The one tile begins just before the map.
-            let [low, high] = work.bounds_m();
-            let margin_m = work.radius_m() + 1.0;
-            shift_m = [margin_m - low[0], margin_m - low[1], 0.0];
-            edge_m = (high[0] - low[0]).max(high[1] - low[1]) + 2.0 * margin_m;
-        }
-        let map = LooseSurfels::new(edge_m, work.radius_m(), work.world_surfels(shift_m))?;
-        Ok(Self { map: SharedMap(Arc::new(map)), queries: work.queries(shift_m), shift_m })
-    }
-}
-
-/// Of one thread.
-type Buffers = (CastBuffers, Vec<Answer>);
-
-/// The casters and their work.
+/// A map, rays, and a caster for each kind of question.
 #[derive(Debug)]
 pub(super) struct Own {
-    work: Work,
-    tiled: MapAndRays,
-    one_tree: Option<MapAndRays>,
-    casters: HashMap<CasterKind, Caster<SharedMap>>,
+    map: SharedMap,
+    queries: Vec<Query>,
     horizon_m: f64,
-    buffers: [Buffers; 2],
-    tile_bytes: usize,
+    /// By `three` and `bounded`; the rest of a mode can be changed on one.
+    casters: HashMap<(bool, bool), Caster<SharedMap>>,
+    buffers: CastBuffers,
 }
 
 impl Own {
-    pub(super) fn new(work: Work) -> anyhow::Result<Self> {
-        let tiled = MapAndRays::new(&work, false)?;
+    pub(super) fn new(work: &Work) -> anyhow::Result<Self> {
+        let map = LooseSurfels::new(TILE_EDGE_M, work.radius_m(), work.world_surfels())?;
         Ok(Self {
+            map: SharedMap(Arc::new(map)),
+            queries: work.queries(),
             horizon_m: work.horizon_m(),
-            work,
-            tiled,
-            one_tree: None,
             casters: HashMap::new(),
-            buffers: Default::default(),
-            tile_bytes: 0,
+            buffers: CastBuffers::default(),
         })
     }
 
-    pub(super) fn rays(&self) -> usize {
-        self.tiled.queries.len()
-    }
-
-    pub(super) fn surfels(&self) -> usize {
-        self.work.surfels.len()
-    }
-
     pub(super) fn tiles(&self) -> usize {
-        self.tiled.map.0.tiles().count()
+        self.map.0.tiles().count()
     }
 
-    /// Bytes of all tiles' trees at the last [`Own::build_s`].
-    pub(super) fn tile_bytes(&self) -> usize {
-        self.tile_bytes
-    }
-
-    /// Goes over to some of the rays, without segments.
-    pub(super) fn change_rays(&mut self, path: &std::path::Path) -> anyhow::Result<()> {
-        self.work.change_rays(path)?;
-        for place in [Some(&mut self.tiled), self.one_tree.as_mut()].into_iter().flatten() {
-            place.queries = self.work.queries(place.shift_m);
-        }
-        Ok(())
-    }
-
-    fn settings(&self, kind: CasterKind) -> CastSettings {
-        CastSettings {
+    /// Casts all rays once: the seconds of the casting; ranges of z1, zn and zc, metres, NaN for a miss.
+    pub(super) fn cast(&mut self, mode: Mode) -> anyhow::Result<(f64, [Vec<f64>; 3])> {
+        let settings = CastSettings {
             horizon_m: self.horizon_m,
-            beyond_m: if kind.bounded { BOUND_M } else { f64::INFINITY },
-            wanted: if kind.three { Wanted::Three } else { Wanted::First },
+            beyond_m: if mode.bounded { BOUND_M } else { f64::INFINITY },
+            wanted: if mode.three { Wanted::Three } else { Wanted::First },
             ..CastSettings::default()
-        }
-    }
-
-    /// Casts all rays once; seconds of the casting.
-    pub(super) fn cast_s(&mut self, mode: Mode) -> anyhow::Result<f64> {
-        self.cast(mode, |_| ())
-    }
-
-    /// Casts all rays once; ranges of z1, zn and zc of each, metres, NaN for a miss.
-    pub(super) fn ranges(&mut self, mode: Mode) -> anyhow::Result<[Vec<f64>; 3]> {
-        let mut ranges = [(); 3].map(|()| Vec::with_capacity(self.rays()));
-        let once = Mode { twice: false, ..mode };
-        self.cast(once, |answers| {
-            for answer in answers {
+        };
+        let kind = (mode.three, mode.bounded);
+        let caster = self.casters.remove(&kind);
+        let caster = caster.unwrap_or_else(|| Caster::new(self.map.clone(), settings, usize::MAX));
+        let caster = caster.with(mode.path, mode.grouping);
+        let mut answers = Vec::new();
+        let mut ranges = [(); 3].map(|()| Vec::with_capacity(self.queries.len()));
+        let mut taken_s = 0.0;
+        for block in self.queries.chunks(BLOCK_RAYS) {
+            let start = Instant::now();
+            caster.cast(block, &mut answers, &mut self.buffers)?;
+            taken_s += start.elapsed().as_secs_f64();
+            for answer in &answers {
                 let of_ray = [answer.first_m, answer.nearest_m, answer.independent_m];
                 ranges.iter_mut().zip(of_ray).for_each(|(all, one)| all.push(one.unwrap_or(f64::NAN)));
             }
-        })?;
-        Ok(ranges)
-    }
-
-    fn cast(&mut self, mode: Mode, take: impl FnMut(&[Answer])) -> anyhow::Result<f64> {
-        if mode.kind.one_tree && self.one_tree.is_none() {
-            self.one_tree = Some(MapAndRays::new(&self.work, true)?);
         }
-        let place = self.one_tree.as_ref().filter(|_| mode.kind.one_tree).unwrap_or(&self.tiled);
-        let settings = self.settings(mode.kind);
-        let caster = self.casters.remove(&mode.kind);
-        let caster = caster.unwrap_or_else(|| Caster::new(place.map.clone(), settings, usize::MAX));
-        let caster = caster.with(mode.path, mode.grouping);
-        let blocks: Vec<&[Query]> = place.queries.chunks(BLOCK_RAYS).collect();
-        let [one, other] = &mut self.buffers;
-        let start = Instant::now();
-        if mode.twice {
-            // Not in step: the second begins with the rays in the middle.
-            let (first, second) = blocks.split_at(blocks.len() / 2);
-            let of_other = std::thread::scope(|scope| {
-                let rotated = second.iter().chain(first);
-                let thread = scope.spawn(|| cast_blocks(&caster, rotated, other, |_| ()));
-                cast_blocks(&caster, blocks.iter(), one, take)?;
-                Ok::<_, MapError>(thread.join())
-            })?;
-            of_other.map_err(|_| anyhow!("the second thread ended early"))??;
-        } else {
-            cast_blocks(&caster, blocks.iter(), one, take)?;
-        }
-        let taken_s = start.elapsed().as_secs_f64();
-        self.casters.insert(mode.kind, caster);
-        Ok(taken_s)
+        self.casters.insert(kind, caster);
+        Ok((taken_s, ranges))
     }
-
-    /// Builds the trees of all tiles, which a new caster does for a ray straight down through each; seconds.
-    pub(super) fn build_s(&mut self) -> anyhow::Result<f64> {
-        let map = &self.tiled.map;
-        let edge_m = map.tile_edge_m();
-        let down = |tile: &Tile| {
-            let highest_m = map.tile_extent(tile.id)?.z_range_m[1];
-            let middle = |k: i32| (f64::from(k) + 0.5) * edge_m;
-            Some(Query {
-                origin_in_world_m: [middle(tile.id.x), middle(tile.id.y), highest_m + 1.0],
-                direction_in_world: [0.0, 0.0, -1.0],
-                measured_m: 1.0,
-                segment: None,
-            })
-        };
-        let queries: Vec<Query> = map.0.tiles().filter_map(down).collect();
-        let settings = self.settings(CasterKind { three: false, bounded: false, one_tree: false });
-        let caster = Caster::new(map.clone(), settings, usize::MAX).with(Path::best(), Grouping::Single);
-        let (buffers, answers) = &mut self.buffers[0];
-        let start = Instant::now();
-        caster.cast(&queries, answers, buffers)?;
-        let taken_s = start.elapsed().as_secs_f64();
-        let loads = caster.tile_loads();
-        ensure!(loads == self.tiles() as u64, "{loads} of {} tiles were built", self.tiles());
-        self.tile_bytes = caster.tile_bytes();
-        Ok(taken_s)
-    }
-}
-
-fn cast_blocks<'a>(
-    caster: &Caster<SharedMap>,
-    mut blocks: impl Iterator<Item = &'a &'a [Query]>,
-    (buffers, answers): &mut Buffers,
-    mut take: impl FnMut(&[Answer]),
-) -> Result<(), MapError> {
-    blocks.try_for_each(|block| {
-        caster.cast(block, answers, buffers)?;
-        take(answers);
-        Ok(())
-    })
 }
 
 #[cfg(test)]
-mod tests;
+mod tests {
+    use super::super::exact::Agreement;
+    use super::super::files::Record;
+    use super::*;
+
+    /// A wall of discs 10 m to the north of the rays, over four tiles. Every other disc was seen in segment 9 alone, the
+    /// others in 1.
+    fn work() -> Work {
+        const FAR_M: f32 = 65536.0;
+        let steps = |from: i32, to: i32| (from..to).map(|k| k as f32 * 0.25);
+        let surfels: Vec<Record> = steps(-160, 160)
+            .flat_map(|x| steps(0, 16).map(move |z| [FAR_M + x, 10.0, z, 0.0, -1.0, 0.0, 0.25]))
+            .collect();
+        let ray = |k: i32| {
+            let angle = f64::from(k) * 1e-3;
+            let range_m = 10.0 / angle.cos() + if k % 2 == 0 { 0.3 } else { -7.0 };
+            [FAR_M, 0.0, 0.9, angle.sin() as f32, angle.cos() as f32, 0.0, range_m as f32]
+        };
+        let rays: Vec<Record> = (-1000..1000).map(ray).collect();
+        let support = (0..surfels.len()).map(|k| [if k % 2 == 0 { 9 } else { 1 }; 2]).collect();
+        Work { segments: vec![9; rays.len()], surfels, rays, support }
+    }
+
+    /// By the definitions, over all discs: first, nearest, first independent.
+    fn by_definition(work: &Work, bound_m: f64) -> [Vec<f64>; 3] {
+        let mut ranges = [(); 3].map(|()| Vec::new());
+        let surfels: Vec<_> = work.world_surfels().collect();
+        for query in work.queries() {
+            let mut best = [f64::NAN; 3];
+            for surfel in &surfels {
+                let dot = |a: [f64; 3]| -> f64 { (0..3).map(|k| a[k] * f64::from(surfel.normal[k])).sum() };
+                let to = |k: usize| surfel.centre_in_world_m[k] - query.origin_in_world_m[k];
+                let cos = dot(query.direction_in_world);
+                let range_m = dot([to(0), to(1), to(2)]) / cos;
+                let off = |k: usize| range_m * query.direction_in_world[k] - to(k);
+                let is_in = (0..3).map(|k| off(k) * off(k)).sum::<f64>() <= work.radius_m() * work.radius_m();
+                if cos.abs() < 0.01 || !is_in || range_m < 0.0 || range_m > query.measured_m + bound_m {
+                    continue;
+                }
+                best[0] = best[0].min(range_m);
+                if (range_m - query.measured_m).abs() <= 5.0 {
+                    best[1] = range_m;
+                }
+                if surfel.third_lowest < 8 {
+                    best[2] = best[2].min(range_m);
+                }
+            }
+            ranges.iter_mut().zip(best).for_each(|(all, one)| all.push(one));
+        }
+        ranges
+    }
+
+    #[test]
+    fn every_mode_finds_what_the_definitions_say() {
+        let work = work();
+        let expected = [f64::INFINITY, BOUND_M].map(|bound_m| by_definition(&work, bound_m));
+        assert!(expected[0][1].iter().any(|m| m.is_nan()) && expected[1][0].iter().any(|m| m.is_nan()));
+        let mut own = Own::new(&work).unwrap();
+        assert!(own.tiles() >= 3);
+        for path in Path::all() {
+            for grouping in [Grouping::Single, Grouping::Auto] {
+                for (three, bounded) in [(false, false), (false, true), (true, false), (true, true)] {
+                    let mode = Mode { path, grouping, three, bounded };
+                    let (seconds, ranges) = own.cast(mode).unwrap();
+                    for k in 0..if three { 3 } else { 1 } {
+                        let agreement = Agreement::of(&ranges[k], &expected[usize::from(bounded)][k]);
+                        assert!(agreement.is_exact() && seconds > 0.0, "{mode:?} z{k}: {agreement:?}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn modes_have_names() {
+        let mode: Mode = "portable-packets-three-bounded".parse().unwrap();
+        let expected = (Grouping::Auto, true, true);
+        assert_eq!((mode.path.name(), (mode.grouping, mode.three, mode.bounded)), ("portable", expected));
+        for wrong in ["", "single", "portable-", "portable-many", "portable-single-fast", "mmx-single"] {
+            assert!(wrong.parse::<Mode>().is_err(), "{wrong}");
+        }
+    }
+}

@@ -9,8 +9,8 @@ use dmp::{Config, Run, Scales, ScoredReturns, Sink, SurfaceGroup, Watch};
 use dmp_log::{FrameInfo, LogError, LogSummary, ScanLog, ScanReader, StaticFrames};
 use dmp_sensor::Scan;
 
-use super::super::interval::difference_of_two;
-use super::super::observe::Both;
+use super::super::interval::{difference_of_two, total};
+use super::super::result::Both;
 use super::logs::NullLog;
 
 /// One run scored twice.
@@ -26,16 +26,16 @@ pub(super) struct Halves(Vec<Twice>);
 impl Halves {
     pub(super) fn print(&self, log: &str) {
         for Twice { what, scales } in &self.0 {
-            let told: Vec<String> = scales
+            let differences: Vec<String> = scales
                 .iter()
                 .map(|(scale_m, apart, chance)| {
                     format!("{:+.2} % at {scale_m} m (p {chance:.2})", 100.0 * apart)
                 })
                 .collect();
             // Four scales share the error of a pair.
-            let told_apart = scales.iter().any(|(_, _, chance)| *chance <= 0.01 / scales.len() as f64);
-            let verdict = if told_apart { "TOLD APART" } else { "not told apart" };
-            println!("{log:<14}{what:<24}{verdict}: {}", told.join(", "));
+            let differ = scales.iter().any(|(_, _, chance)| *chance <= 0.01 / scales.len() as f64);
+            let verdict = if differ { "DIFFERENT" } else { "no difference" };
+            println!("{log:<14}{what:<24}{verdict}: {}", differences.join(", "));
         }
     }
 }
@@ -66,8 +66,8 @@ fn compare(what: &'static str, log: &NullLog, a: &dyn ScanLog, b: &dyn ScanLog) 
         };
         let ((frames_a, groups_a), (frames_b, groups_b)) = (of(&a), of(&b));
         let difference = difference_of_two([&frames_a, &frames_b], [&groups_a, &groups_b])?;
-        let level = frames_a.iter().fold((0.0, 0.0), |(s, n), f| (s + f.difference_m2, n + f.returns));
-        Some((scale_m, difference.value_m2 / (level.0 / level.1), difference.chance()))
+        let level = total(&frames_a);
+        Some((scale_m, difference.value_m2 / (level.difference_m2 / level.returns), difference.chance()))
     });
     Ok(Twice { what, scales: scales.collect() })
 }

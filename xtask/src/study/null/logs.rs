@@ -10,7 +10,7 @@ use dmp_sim::{LidarOptions, Recording, RecordingOptions, Route, Town, TownOption
 
 use super::super::drives::{DriveSpec, drives};
 use super::super::logs::write_log;
-use super::super::rooms::room_log;
+use super::super::rooms::room;
 
 /// Poses of a true trajectory in a second: no error of interpolation shows between them.
 const TRUTH_HZ: f64 = 200.0;
@@ -51,7 +51,8 @@ impl NullLog {
             return real(folder, trajectory);
         }
         if let Some(seed) = name.strip_prefix("room-") {
-            let (log, base) = room_log(seed.parse()?, &work.join("rooms"))?;
+            let (log, mut runs) = room(seed.parse()?, &work.join("rooms"))?;
+            let base = runs.swap_remove(0).trajectory;
             let period_ns = log.summary().period_ns.context("a simulated log has stamps")?;
             let (scales, other_traffic) = (Scales::Room, None);
             return Ok(Some(Self { name: name.to_owned(), log, base, scales, period_ns, other_traffic }));

@@ -1,4 +1,4 @@
-//! `cargo xtask study null`: are equal maps called equal, and different ones still told apart?
+//! `cargo xtask study null`: whether verdicts call equal runs equal, and still order different ones.
 
 mod drift;
 mod halves;
@@ -18,22 +18,19 @@ use logs::{NullLog, names};
 use sets::{Set, sets};
 use tally::{Counts, Verdicts};
 
-/// Equal runs, which no command may tell apart, and runs of known order beside them
+/// Score equal runs, on which no verdict may decide, and runs of known order
 #[derive(Debug, clap::Args)]
 pub(super) struct NullArgs {
-    /// Only these logs, comma-separated; all of them by default
+    /// Only these logs, comma-separated [default: all]
     #[arg(long, value_delimiter = ',')]
     logs: Vec<String>,
     /// Draws of each kind of noise; every two of them are equal
     #[arg(long, default_value_t = 6)]
     draws: u64,
-    /// Also move the grid of the voxels so many times, to see how much of an interval that is
-    #[arg(long, default_value_t = 0, value_name = "N")]
-    grids: u64,
-    /// Only measure drift, and tell what that says of them
+    /// Compare the runs by drift instead of scores
     #[arg(long)]
     drift: bool,
-    /// Where logs are kept
+    /// Folder for the logs
     #[arg(long, default_value = "target/study", value_name = "FOLDER")]
     out: PathBuf,
 }
@@ -45,7 +42,7 @@ pub(super) fn run(arguments: &NullArgs) -> anyhow::Result<()> {
         let Some(log) = NullLog::open(&name, &arguments.out)? else { continue };
         if arguments.drift {
             for set in sets(&log, arguments.draws)? {
-                *of_drift.entry((set.kind, set.name.clone())).or_default() += drift::told(&log, &set)?;
+                *of_drift.entry((set.kind, set.name.clone())).or_default() += drift::count(&log, &set)?;
             }
             continue;
         }
@@ -55,9 +52,6 @@ pub(super) fn run(arguments: &NullArgs) -> anyhow::Result<()> {
             verdicts.add(&set, counts);
         }
         halves(&log)?.print(&name);
-        if arguments.grids > 0 {
-            sets::grids(&log, arguments.grids)?.print(&name);
-        }
     }
     if arguments.drift {
         drift::print(&of_drift);

@@ -1,14 +1,10 @@
 //! Sets of runs that are scored in one command: equal ones, and ladders of errors.
 
-use std::collections::BTreeMap;
-
 use anyhow::Context as _;
-use dmp::{Config, Frame, Run};
 use dmp_sensor::{Isometry3, Trajectory, Translation3, UnitQuaternion};
 use dmp_sim::{Noise, SimError, SlamErrors};
 
 use super::logs::NullLog;
-use super::sums::{AtScales, Estimated, Sums, Values};
 
 /// What is true of the runs of a set.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -30,7 +26,7 @@ pub(super) struct Set {
 
 /// Noise of every pose, by its size along and about each axis: metres of a drive, degrees.
 const NOISE: [(f64, f64); 3] = [(0.005, 0.02), (0.01, 0.05), (0.03, 0.1)];
-/// A run bent by this is hardly worse, and bent the other way as good; metres of a drive.
+/// A run bent by this is hardly worse, and as good when bent in the other direction; metres of a drive.
 const BEND_M: f64 = 0.01;
 /// Ladders: noise with a third of a degree to ten centimetres, and drift; metres of a drive.
 const NOISE_LADDER: [f64; 4] = [0.01, 0.03, 0.1, 0.3];
@@ -39,7 +35,7 @@ const SMALL_NOISE_LADDER: [f64; 4] = [0.001, 0.002, 0.004, 0.007];
 const SMALL_DRIFT_LADDER_M: [f64; 2] = [0.01, 0.03];
 const DEG_PER_M: f64 = 10.0 / 3.0;
 
-/// All sets of a log. Every run lies in a world of its own.
+/// All sets of a log. Every run has another world.
 pub(super) fn sets(log: &NullLog, draws: u64) -> anyhow::Result<Vec<Set>> {
     let metre_m = log.scales.lengths().metre_m;
     let mut sets = Vec::new();
@@ -127,72 +123,4 @@ fn worlds(seed: u64) -> Vec<Isometry3<f64>> {
         world([432_100.25 + by, 4_649_776.5, 120.125], 0.01, 0.02, 0.9 + by),
         world([1.0 + by, 2.0, 3.0], std::f64::consts::PI, 0.0, by),
     ]
-}
-
-/// How much differences of equal runs, and scores, change when the grid of the voxels is moved: root mean squares over
-/// pairs and over runs, in parts of their standard errors, at every scale.
-pub(super) struct Grids {
-    positions: u64,
-    of_differences: Vec<(f64, f64)>,
-    of_scores: Vec<(f64, f64)>,
-}
-
-/// Scores a few equal runs on grids that lie elsewhere each time.
-pub(super) fn grids(log: &NullLog, positions: u64) -> anyhow::Result<Grids> {
-    let mut runs = Vec::new();
-    for seed in 1..=3 {
-        let noisy =
-            noise(log, 0.01 * log.scales.lengths().metre_m, 0.05_f64.to_radians(), seed).apply(&log.base)?;
-        runs.push(Run::new(format!("draw {seed}"), noisy));
-    }
-    let mut found: Vec<AtScales> = Vec::new();
-    for position in 0..positions {
-        let world = worlds(position + 1).swap_remove(3);
-        let config = Config { frame: Frame::Moved(world), ..Config::default() };
-        let sums = Sums::new(log.log.frames().len(), runs.len(), log.scales);
-        dmp::evaluate(log.log.as_ref(), &runs, &config, dmp::Watch::sink(&sums))?;
-        found.push(AtScales::of(&sums.finish()));
-    }
-    Ok(Grids {
-        positions,
-        of_differences: spread(&found, |at| &at.differences),
-        of_scores: spread(&found, |at| &at.scores),
-    })
-}
-
-/// For each scale, the spread of values over the grids in parts of their standard error.
-fn spread(found: &[AtScales], of: fn(&AtScales) -> &[Values]) -> Vec<(f64, f64)> {
-    let Some(first) = found.first() else { return Vec::new() };
-    let mut squares: BTreeMap<u64, Vec<f64>> = BTreeMap::new();
-    for (index, scales) in of(first).iter().enumerate() {
-        for (scale_m, _) in scales {
-            let here =
-                |at: &AtScales| of(at)[index].iter().find(|(m, _)| m == scale_m).map(|(_, value)| *value);
-            let values: Vec<Estimated> = found.iter().filter_map(here).collect();
-            let count = values.len() as f64;
-            let mean_m2 = values.iter().map(|value| value.value_m2).sum::<f64>() / count;
-            let error_m2 = values.iter().map(|value| value.error_m2.powi(2)).sum::<f64>() / count;
-            let spread_m2 =
-                values.iter().map(|value| (value.value_m2 - mean_m2).powi(2)).sum::<f64>() / (count - 1.0);
-            squares.entry(scale_m.to_bits()).or_default().push(spread_m2 / error_m2);
-        }
-    }
-    let mean = |(scale, squares): (&u64, &Vec<f64>)| {
-        (f64::from_bits(*scale), (squares.iter().sum::<f64>() / squares.len() as f64).sqrt())
-    };
-    squares.iter().rev().map(mean).collect()
-}
-
-impl Grids {
-    pub(super) fn print(&self, log: &str) {
-        let told = |of: &[(f64, f64)]| {
-            of.iter().map(|(m, value)| format!("{value:.2} at {m} m")).collect::<Vec<_>>().join(", ")
-        };
-        println!(
-            "{log:<14}grid at {} places: differences of equal runs spread by {}, scores by {} of their standard errors",
-            self.positions,
-            told(&self.of_differences),
-            told(&self.of_scores)
-        );
-    }
 }

@@ -1,4 +1,4 @@
-//! What verdicts say of runs that are equal, and of runs that are not.
+//! Counts of verdicts on equal runs, and on runs of known order.
 
 use std::collections::BTreeMap;
 
@@ -7,26 +7,26 @@ use dmp_reduce::{Comparison, Reducer, Verdict};
 
 use super::sets::{Set, SetKind};
 
-/// How sure verdicts are asked to be: what is promised, and less, so that there is something to count.
+/// Confidences of the verdicts: the promised one, and lower ones, so that there is something to count.
 pub(super) const LEVELS: [f64; 3] = [0.99, 0.9, 0.5];
 
-/// What becomes of the pairs of one command at one level.
+/// The verdicts of one command at one confidence.
 #[derive(Debug, Clone, Copy, Default)]
 struct AtLevel {
     right: usize,
-    /// For equal runs, told apart at all.
+    /// For equal runs, every decision.
     wrong: usize,
     mixed: usize,
     same: usize,
     undecided: usize,
 }
 
-/// What became of one command.
+/// The verdicts of one command.
 #[derive(Debug, Clone)]
 pub(super) struct Counts {
     pairs: usize,
     levels: [AtLevel; LEVELS.len()],
-    /// Pairs told apart at 99 %, mixed included, by the scale that decided.
+    /// Pairs decided at 99 %, mixed included, by the scale that decided.
     by_scale: BTreeMap<String, usize>,
     /// Largest relative difference of a score between two runs.
     apart: f64,
@@ -83,7 +83,7 @@ impl Counts {
         counts
     }
 
-    fn told_apart(&self, level: usize) -> usize {
+    fn decided(&self, level: usize) -> usize {
         self.levels[level].right + self.levels[level].wrong + self.levels[level].mixed
     }
 
@@ -127,7 +127,7 @@ impl Verdicts {
 
     pub(super) fn print(&self) {
         println!(
-            "\nequal runs: of so many commands and pairs, those told apart (better or mixed) when asked to be so sure"
+            "\nequal runs: commands and pairs, and those with a decision (better or mixed) by confidence"
         );
         println!(
             "{:<10}{:>10}{:>8}{:>18}{:>18}{:>18}{:>8}",
@@ -142,7 +142,7 @@ impl Verdicts {
         }
         self.print_equal("all", |kind, _| kind != SetKind::Ladder);
 
-        println!("\nruns of known order: pairs, and what verdicts at 99 % say");
+        println!("\nruns of known order: pairs, and verdicts at 99 %");
         println!(
             "{:<24}{:>8}{:>8}{:>8}{:>8}{:>8}{:>11}",
             "", "pairs", "right", "wrong", "mixed", "same", "undecided"
@@ -173,9 +173,9 @@ impl Verdicts {
             .collect();
         let pairs: usize = of.iter().map(|counts| counts.pairs).sum();
         let at = |level: usize| {
-            let commands = of.iter().filter(|counts| counts.told_apart(level) > 0).count();
-            let told: usize = of.iter().map(|counts| counts.told_apart(level)).sum();
-            format!("{commands} with {told}")
+            let commands = of.iter().filter(|counts| counts.decided(level) > 0).count();
+            let pairs: usize = of.iter().map(|counts| counts.decided(level)).sum();
+            format!("{commands} with {pairs}")
         };
         let same: usize = of.iter().map(|counts| counts.levels[0].same).sum();
         println!("{title:<10}{:>10}{pairs:>8}{:>18}{:>18}{:>18}{same:>8}", of.len(), at(0), at(1), at(2));

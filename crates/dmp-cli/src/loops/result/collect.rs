@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::time::Instant;
 
-use dmp::{ScaleScores, Scales};
+use dmp::{Config, ScaleScores, Scales};
 use dmp_log::{CandidateFault, shown_path};
 use dmp_loops::{Decision, Estimate, LoopMap, MapScores, Optimised, Tried, Verdict};
 use dmp_sensor::DropReason;
@@ -14,13 +14,14 @@ use super::{
     LoopsResult, MemoryResult, PatchesResult, SCHEMA, SkippedResult, TimingResult, TruthResult,
     WithoutResult,
 };
-use crate::loops::args::LoopsArgs;
 use crate::loops::inputs::Inputs;
+use crate::loops::map_options;
 use crate::loops::ranked::Ranked;
+use crate::options::{Asked, graph};
 
 impl LoopsResult {
     pub(crate) fn new(
-        arguments: &LoopsArgs,
+        (asked, config): (&Asked, &Config),
         inputs: &Inputs,
         found: &Optimised,
         map: Option<&LoopMap>,
@@ -28,7 +29,6 @@ impl LoopsResult {
         read_s: f64,
         start: Instant,
     ) -> Self {
-        let config = arguments.config();
         let pair = |error: Option<(f64, f64)>| error.map(|(metres, radians)| [metres, radians]);
         let (truth, truth_withheld) = truth_of(inputs, ranked);
         let candidates: Vec<_> =
@@ -37,13 +37,13 @@ impl LoopsResult {
             schema: SCHEMA,
             dmp_version: env!("CARGO_PKG_VERSION"),
             config: ConfigResult {
-                ranked_by: match (&inputs.log, arguments.direct) {
+                ranked_by: match (&inputs.log, asked.has(&graph::DIRECT)) {
                     (None, _) => "graph",
                     (Some(_), true) => "map-direct",
                     (Some(_), false) => "map",
                 },
                 voxel_m: map.map(LoopMap::voxel_m),
-                rays_per_keyframe: map.map(|_| arguments.rays),
+                rays_per_keyframe: map.map(|_| map_options(asked).rays_per_keyframe),
                 scale_m: inputs.log.as_ref().map(|log| scale_m(config.scales_on(log.summary()))),
                 moved_m: map.map(LoopMap::moved_m),
                 step_error: pair(inputs.weights.step_error),
@@ -51,10 +51,10 @@ impl LoopsResult {
                 loop_kernel: inputs.weights.kernel.map(|kernel| format!("{kernel:?}")),
             },
             inputs: InputsResult {
-                graph: shown_path(&arguments.graph),
+                graph: asked.get(&graph::GRAPH).map(|path| shown_path(&path)).unwrap_or_default(),
                 vertices: inputs.graph.ids().len(),
                 edges: inputs.graph.edges().len(),
-                candidates: shown_path(&arguments.candidates),
+                candidates: asked.get(&graph::CANDIDATES).map(|path| shown_path(&path)).unwrap_or_default(),
                 log: inputs.log.as_ref().map(|log| LogResult {
                     path: shown_path(&log.summary().path),
                     scans: map.map_or(log.frames().len(), LoopMap::scans),

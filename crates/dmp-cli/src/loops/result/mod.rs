@@ -3,7 +3,6 @@
 mod collect;
 
 use std::collections::BTreeMap;
-use std::io::Write;
 
 use dmp::ScaleScores;
 use serde::Serialize;
@@ -176,10 +175,5 @@ impl LoopsResult {
         let damaged = self.inputs.log.as_ref().is_some_and(|log| !log.damage.is_empty());
         let failed = self.accepted.as_ref().is_some_and(|accepted| accepted.failed > 0);
         if damaged || failed || !self.skipped.is_empty() { Exit::InputDamaged } else { Exit::Done }
-    }
-
-    pub(crate) fn print_json(&self, out: &mut impl Write) -> anyhow::Result<()> {
-        serde_json::to_writer_pretty(&mut *out, self).map_err(std::io::Error::from)?;
-        Ok(writeln!(out)?)
     }
 }

@@ -15,5 +15,5 @@ mod sketch;
 mod spool;
 pub(crate) mod targets;
 
-pub(crate) use args::OutputArgs;
+pub(crate) use args::Outputs;
 pub(crate) use recorder::Recorder;

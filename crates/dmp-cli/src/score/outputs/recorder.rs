@@ -33,7 +33,6 @@ pub(crate) struct Recorder<'a> {
     work_folder: &'a Path,
     threads: usize,
     residuals: Vec<RunReturns>,
-    every: u64,
     buffers: Buffers,
     per_frame: Option<(PathBuf, Spool)>,
     per_tile: Option<PathBuf>,
@@ -47,7 +46,7 @@ pub(crate) struct Recorder<'a> {
 }
 
 impl<'a> Recorder<'a> {
-    /// What is asked of an evaluation of these runs. What cannot be written of this log is told here.
+    /// What is asked of an evaluation of these runs. What cannot be written of this log is an error here.
     pub(crate) fn new(
         outputs: Outputs,
         log: &'a dyn ScanLog,
@@ -101,7 +100,6 @@ impl<'a> Recorder<'a> {
             work_folder,
             threads: means.threads,
             residuals,
-            every: outputs.every,
             buffers: Buffers::default(),
             per_frame,
             per_tile: outputs.per_tile,
@@ -181,7 +179,7 @@ impl Sink for Recorder<'_> {
             self.record(keep.keep(returns, stamp_ns, &self.buffers));
         }
         let start_ns = self.log.summary().span_ns.map_or(0, |(first_ns, _)| first_ns);
-        let origin = Origin { frame, start_ns, stamp_ns, every: self.every };
+        let origin = Origin { frame, start_ns, stamp_ns };
         for run in &self.residuals {
             self.record(run.keep(returns, origin, &self.buffers));
         }
@@ -205,7 +203,7 @@ impl Sink for Recorder<'_> {
     }
 
     fn work_bytes(&self, returns: u64) -> u64 {
-        let of_run = returns / self.every.max(1) * ScoredPoint::BYTES as u64;
+        let of_run = returns * ScoredPoint::BYTES as u64;
         let of_sketch = self.sketch.as_ref().map_or(0, |sketch| sketch.work_bytes(returns));
         let of_keep = self.keep.as_ref().map_or(0, |keep| keep.work_bytes(returns));
         self.residuals.len() as u64 * of_run + of_sketch + of_keep
@@ -241,10 +239,10 @@ pub(crate) struct Recorded {
 }
 
 impl Recorded {
-    /// Writes all files, each whole or not at all, until somebody asks to stop. What is written is told, unless nothing is to
-    /// be told. `remarks` are sentences for the page.
+    /// Writes all files, each whole or not at all, until somebody asks to stop. What is written is reported, unless
+    /// `quiet`. `remarks` are sentences for the page.
     pub(crate) fn write(self, report: &Report, remarks: &[String], quiet: bool) -> anyhow::Result<()> {
-        let tell = |path: &Path, what: String| {
+        let report_file = |path: &Path, what: String| {
             if !quiet {
                 self.progress.suspend(|| say!(self.host, "{}: {what}", path.display()));
             }
@@ -252,30 +250,30 @@ impl Recorded {
         if let Some(path) = self.per_tile {
             self.host.go_on()?;
             per_tile::write(&path, report, &self.rows)?;
-            tell(&path, text::counted(report.tiles.len() as u64, "row"));
+            report_file(&path, text::counted(report.tiles.len() as u64, "row"));
         }
         if let Some(Page { path, reference }) = self.page {
             self.host.go_on()?;
             let drawn = self.drawn.pictures.transpose();
             let pictures = drawn.with_context(|| format!("{}: cannot draw", path.display()))?;
             let bytes = page::write(&path, report, pictures.as_ref(), reference.as_deref(), remarks)?;
-            tell(&path, text::bytes(bytes));
+            report_file(&path, text::bytes(bytes));
         }
         if let (Some(path), Some(scene)) = (self.scene, self.drawn.scene) {
             self.host.go_on()?;
-            tell(&path, scene.and_then(Scene::finish)?);
+            report_file(&path, scene.and_then(Scene::finish)?);
         }
         if let Some((path, lines)) = self.per_frame {
             self.host.go_on()?;
             per_frame::write(&path, report.config.scales, &lines.sorted())?;
-            tell(&path, text::counted(report.sampling.frames_scored * self.rows.len() as u64, "row"));
+            report_file(&path, text::counted(report.sampling.frames_scored * self.rows.len() as u64, "row"));
         }
         if let Some(keep) = self.keep {
             self.progress.scans("writing", report.sampling.frames_scored);
             let path = keep.path().to_path_buf();
             let step = || self.progress.one_scan();
             let bytes = keep.write(report, (&|| self.host.go_on(), &step))?;
-            tell(&path, text::bytes(bytes));
+            report_file(&path, text::bytes(bytes));
         }
         if self.residuals.is_empty() {
             return Ok(());
@@ -292,7 +290,7 @@ impl Recorded {
                 self.host.go_on()?;
                 let (path, name) = (returns.file.path.clone(), returns.name.clone());
                 let points = residuals::write(returns, start_ns, (&go_on, &step))?;
-                tell(&path, format!("{} of {name}", text::counted(points, "return")));
+                report_file(&path, format!("{} of {name}", text::counted(points, "return")));
             }
         };
         std::thread::scope(|scope| {

@@ -28,7 +28,7 @@ pub(super) struct RunReturns {
     pub(super) spool: Spool,
 }
 
-/// Which log returns are of, and which of them are kept.
+/// The scan that returns are of.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Origin {
     /// The number of the frame in the log.
@@ -36,8 +36,6 @@ pub(super) struct Origin {
     /// The stamp of the log's first scan, and of this one, nanoseconds; 0 in a log without stamps.
     pub(super) start_ns: i64,
     pub(super) stamp_ns: i64,
-    /// One return of so many.
-    pub(super) every: u64,
 }
 
 /// Buffers that threads take from and give back.
@@ -57,7 +55,7 @@ impl Buffers {
 }
 
 impl RunReturns {
-    /// Keeps those returns of a part of a frame that are to be written.
+    /// Keeps the returns of a part of a frame.
     pub(super) fn keep(
         &self,
         scored: &ScoredReturns<'_>,
@@ -66,7 +64,7 @@ impl RunReturns {
     ) -> std::io::Result<()> {
         let Some(run) = scored.runs.get(self.run) else { return Ok(()) };
         let pose = run.own_from_sensor;
-        let mut first = scored.first as u64;
+        let mut first = 0;
         let pieces = run.rays.chunks(PIECE_ROWS).zip(run.residuals.chunks(PIECE_ROWS));
         for ((rays, residuals), offsets_ns) in pieces.zip(scored.offsets_ns.chunks(PIECE_ROWS)) {
             buffers.with(|piece| {
@@ -74,18 +72,16 @@ impl RunReturns {
                 let (place, turn) = (pose.translation.vector, pose.rotation.coords);
                 piece.extend(place.iter().chain(turn.iter()).flat_map(|number| number.to_le_bytes()));
                 let after_start_ns = origin.stamp_ns.saturating_sub(origin.start_ns);
-                for number in drawn(origin.frame, origin.every, first..first + rays.len() as u64) {
-                    let index = (number - first) as usize;
+                for index in 0..rays.len() {
                     let time_ns = after_start_ns.saturating_add(offsets_ns[index]);
-                    let residuals = &residuals[index];
-                    let ray = &run.own_ray(number as usize - scored.first);
-                    let point =
-                        scored_point(ray, residuals, (self.is_fused, self.scales), origin.frame, time_ns);
+                    let ray = &run.own_ray(first + index);
+                    let kind = (self.is_fused, self.scales);
+                    let point = scored_point(ray, &residuals[index], kind, origin.frame, time_ns);
                     piece.extend_from_slice(&point.to_bytes());
                 }
                 self.spool.add(origin.frame, piece)
             })?;
-            first += rays.len() as u64;
+            first += rays.len();
         }
         Ok(())
     }

@@ -2,17 +2,12 @@
 
 use std::fmt::Write as _;
 
-use dmp::{MissPrice, RunSums, Scales};
+use dmp::{COLUMNS, MissPrice, RunSums, Scales};
 
 /// The columns of [`scores`].
 pub(super) fn columns(scales: Scales) -> String {
-    let cv = scales.lengths().cv_m[1..].iter().map(|scale_m| format!("r_cv_{scale_m}_m2"));
-    let near = scales.lengths().near_m.iter().map(|scale_m| format!("r_near_{scale_m}_m2"));
-    let truncated: Vec<String> = cv.chain(near).collect();
-    format!(
-        "returns,returns_with_z1,returns_with_zc,dmp_sum_m2,dmp_mean_m2,{},miss_rate,blocked_rate,coverage,coverage_revisit",
-        truncated.join(",")
-    )
+    let scores: Vec<String> = COLUMNS.iter().flat_map(|column| column.csv_names(scales)).collect();
+    format!("returns,returns_with_z1,returns_with_zc,dmp_sum_m2,{}", scores.join(","))
 }
 
 /// How a run is scored.
@@ -38,27 +33,18 @@ pub(super) fn scores(row: &mut String, sums: &RunSums, run: &RunRows) {
     let counts = [Some(sums.returns()), Some(sums.with_first()), with_zc];
     let cells = counts.map(|count| count.map(|count| count.to_string()).unwrap_or_default());
     row.push_str(&cells.join(","));
-    let fused = |score: Option<f64>| score.filter(|_| run.is_fused);
-    let mut put = |score: Option<f64>| {
+    let of_columns = COLUMNS.iter().flat_map(|column| column.csv_cells(sums, run.price, run.is_fused));
+    for score in std::iter::once(Some(sums.dmp_sum_m2())).chain(of_columns) {
         row.push(',');
         if let Some(score) = score {
             // Writing to a string cannot fail.
             let _ = write!(row, "{score}");
         }
-    };
-    put(Some(sums.dmp_sum_m2()));
-    put(sums.dmp_mean_m2());
-    sums.r_cv_m2(run.price).into_iter().for_each(|(_, score)| put(fused(score)));
-    sums.r_near_m2().into_iter().for_each(|(_, score)| put(score));
-    put(sums.miss_rate());
-    put(sums.blocked_rate());
-    put(fused(sums.coverage()));
-    put(fused(sums.coverage_revisit()));
+    }
     row.push('\n');
 }
 
-/// A text as a cell (RFC 4180). One that a spreadsheet would take for a formula stands behind an apostrophe, which keeps it a
-/// text.
+/// A text as a cell (RFC 4180). An apostrophe keeps spreadsheets from running it as a formula.
 fn cell(text: &str) -> String {
     let text = if text.starts_with(['=', '+', '-', '@']) { format!("'{text}") } else { text.to_owned() };
     if text.contains([',', '"', '\n', '\r']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text }

@@ -151,7 +151,7 @@ impl Sketch {
         lock(&self.frames).entry(frame).or_default().scores = scores.collect();
     }
 
-    /// Draws everything, while the maps are there. What goes wrong is told when it is to be written: scores are not lost for it.
+    /// Draws everything, while the maps are there. An error is reported when it is to be written: scores are not lost for it.
     pub(super) fn scored(&self, log: &dyn ScanLog, report: &Report, maps: &[&Store]) {
         let Some(spool) = lock(&self.spool).take() else { return };
         let (frames, poses) = self.frames_in_time(log);

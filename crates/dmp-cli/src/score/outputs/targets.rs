@@ -48,38 +48,33 @@ fn format_of(path: &Path) -> Result<ResidualFormat, Usage> {
     })
 }
 
-pub(super) fn check_csv(path: &Path) -> Result<(), Usage> {
-    if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv")) {
+/// Rejects a file whose extension is none of these; `what` is written there.
+fn check(path: &Path, extensions: &[&str], what: &str) -> Result<(), Usage> {
+    let is =
+        |extension: &std::ffi::OsStr| extensions.iter().any(|known| extension.eq_ignore_ascii_case(known));
+    if path.extension().is_some_and(is) {
         return Ok(());
     }
-    Err(Usage(format!("{}: tables are written as .csv", path.display())))
+    Err(Usage(format!("{}: {what} written as .{}", path.display(), extensions[0])))
+}
+
+pub(super) fn check_csv(path: &Path) -> Result<(), Usage> {
+    check(path, &["csv"], "tables are")
 }
 
 pub(super) fn check_mcap(path: &Path) -> Result<(), Usage> {
-    if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("mcap")) {
-        return Ok(());
-    }
-    Err(Usage(format!("{}: a scene is written as .mcap", path.display())))
+    check(path, &["mcap"], "a scene is")
 }
 
 pub(super) fn check_dmp(path: &Path) -> Result<(), Usage> {
-    if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("dmp")) {
-        return Ok(());
-    }
-    Err(Usage(format!("{}: a result is kept as .dmp", path.display())))
+    check(path, &["dmp"], "a result is")
 }
 
 pub(crate) fn check_html(path: &Path) -> Result<(), Usage> {
-    if path
-        .extension()
-        .is_some_and(|extension| ["html", "htm"].iter().any(|known| extension.eq_ignore_ascii_case(known)))
-    {
-        return Ok(());
-    }
-    Err(Usage(format!("{}: a report is written as .html", path.display())))
+    check(path, &["html", "htm"], "a report is")
 }
 
-/// Refuses a folder that is not there, and a folder in the file's own place.
+/// Rejects a missing folder, and a folder in the file's own place.
 pub(crate) fn writable(file: &Path) -> anyhow::Result<()> {
     let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
     if let Some(folder) = folder.filter(|folder| !folder.is_dir()) {

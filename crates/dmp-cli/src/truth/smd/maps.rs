@@ -4,25 +4,23 @@ use std::path::Path;
 
 use anyhow::Context as _;
 use dmp::{Config, MapSource, fuse_maps};
-use dmp_log::{LogError, LogOptions, is_mesh, open_log, read_cloud, read_mesh, read_trajectory, shown_path};
+use dmp_log::{LogError, is_mesh, open_log, read_cloud, read_mesh, read_trajectory, shown_path};
 use dmp_sensor::{Isometry3, Trajectory};
 use dmp_truth::surface::{
     EvaluatedPoints, MapError, Store, SurfaceError, SurfaceReport, SurfaceSettings, surfel_centres,
 };
 use dmp_truth::trajectory::rigid_alignment;
 
-use super::args::SmdArgs;
-use crate::clock_args::RunClock;
+use crate::clock::RunClock;
 use crate::common::Common;
 use crate::exit::Usage;
 use crate::extrinsic;
-use crate::log_args::LogHead;
-use crate::named::NamedFile;
+use crate::log_input::{LogHead, LogInput};
+use crate::options::{Asked, truth};
 use crate::progress::Progress;
 use crate::runs::{self, Runs};
 use crate::save::is_missing;
 use crate::score::announce;
-use crate::trajectory_args::TrajectoryArgs;
 
 /// Every map against the reference.
 #[derive(Debug)]
@@ -51,22 +49,22 @@ struct Bench<'a> {
 }
 
 pub(super) fn measure(
-    arguments: &SmdArgs,
+    asked: &Asked,
     config: &Config,
     settings: &SurfaceSettings,
     progress: &Progress,
     common: &Common,
 ) -> anyhow::Result<Measured> {
-    let reference = &arguments.reference;
+    let reference = &asked.need(&truth::SURFACE)?;
     let mut bench = Bench { reference, mesh: is_mesh(reference)?, format: "", settings, progress };
-    if is_missing(&arguments.map) {
-        return Err(LogError::NotFound { path: arguments.map.clone() }.into());
+    let map = asked.need(&truth::MEASURED)?;
+    if is_missing(&map) {
+        return Err(LogError::NotFound { path: map }.into());
     }
-    let files: Vec<NamedFile> = arguments.trajectories.iter().chain(&arguments.more).cloned().collect();
-    let (maps, damaged) = if files.is_empty() {
-        (vec![bench.measure_file(&arguments.map, &arguments.align)?], false)
+    let (maps, damaged) = if Runs::files(asked).is_empty() {
+        (vec![bench.measure_file(&map, &asked.all(&truth::ALIGN_MAP))?], false)
     } else {
-        bench.measure_runs(arguments, &files, config, common)?
+        bench.measure_runs(&map, asked, config, common)?
     };
     Ok(Measured { reference_format: bench.format, maps, damaged })
 }
@@ -76,7 +74,7 @@ impl Bench<'_> {
     fn measure_file(&mut self, path: &Path, align: &[std::path::PathBuf]) -> anyhow::Result<MeasuredMap> {
         let of_log = path.is_dir() || path.extension().is_some_and(|e| e.eq_ignore_ascii_case("mcap"));
         if of_log {
-            let text = format!("{}: a log has no map of its own: name a run with -t RUN.tum", path.display());
+            let text = format!("{}: a log has no map: give a run with -t RUN.tum", path.display());
             return Err(Usage(text).into());
         }
         let reference_from_map = match align {
@@ -87,7 +85,7 @@ impl Bench<'_> {
             _ => return Err(Usage("--align needs REFERENCE.tum and the map's ESTIMATE.tum".into()).into()),
         };
         let mut points = EvaluatedPoints::new(self.settings, reference_from_map)?;
-        self.progress.reading("reading the map", "points");
+        self.progress.start("reading the map", "points", 0);
         let format = match Store::open(path) {
             Ok(store) => {
                 self.add_store(&store, &mut points)?;
@@ -110,24 +108,22 @@ impl Bench<'_> {
     /// The maps of runs, fused from the log.
     fn measure_runs(
         &mut self,
-        arguments: &SmdArgs,
-        files: &[NamedFile],
+        log: &Path,
+        asked: &Asked,
         config: &Config,
         common: &Common,
     ) -> anyhow::Result<(Vec<MeasuredMap>, bool)> {
-        let reference = match arguments.align.as_slice() {
+        let reference = match asked.all(&truth::ALIGN_MAP).as_slice() {
             [] => None,
-            [reference] => Some((read_trajectory(reference)?.trajectory, reference)),
+            [reference] => Some((read_trajectory(reference)?.trajectory, reference.clone())),
             _ => {
                 return Err(
-                    Usage("--align needs REFERENCE.tum alone: the runs are given with -t".into()).into()
+                    Usage("--align needs only REFERENCE.tum: the runs are given with -t".into()).into()
                 );
             }
         };
-        let started = Runs::start(files, &TrajectoryArgs::default())?;
-        let (topic, point_time) = (arguments.topic.clone(), arguments.point_time);
-        let options = LogOptions { topic, point_time, ..LogOptions::default() };
-        let log = open_log(&arguments.map, &options)?;
+        let started = Runs::start(asked)?;
+        let log = open_log(log, &LogInput::at(log.to_owned(), asked).options)?;
         let loaded = started.finish(log.summary())?;
         let mut moves = Vec::new();
         for run in &loaded {
@@ -136,7 +132,7 @@ impl Bench<'_> {
                 Some((trajectory, path)) => align(trajectory, path, &run.trajectory, &run.path)?,
             });
         }
-        let extrinsics = extrinsic::of_runs(&arguments.extrinsic, &loaded, LogHead::of_log(log.as_ref()))?;
+        let extrinsics = extrinsic::of_runs(asked, &loaded, LogHead::of_log(log.as_ref()))?;
         if !common.quiet {
             announce::extrinsics(&common.host, &loaded, &extrinsics);
         }
@@ -149,7 +145,7 @@ impl Bench<'_> {
         let mut measured = Vec::new();
         for ((name, store), reference_from_map) in maps.iter().zip(moves) {
             let mut points = EvaluatedPoints::new(self.settings, reference_from_map)?;
-            self.progress.reading("reading the map", "points");
+            self.progress.start("reading the map", "points", 0);
             self.add_store(store, &mut points)?;
             let report = self.measure_points(points, name)?;
             measured.push(MeasuredMap {
@@ -171,7 +167,7 @@ impl Bench<'_> {
 
     fn measure_points(&mut self, points: EvaluatedPoints, name: &str) -> anyhow::Result<SurfaceReport> {
         let mut reference = points.against_reference().with_context(|| name.to_owned())?;
-        self.progress.reading("reading the reference", "");
+        self.progress.start("reading the reference", "", 0);
         self.format = if self.mesh {
             let summary = read_mesh(self.reference, |batch| -> anyhow::Result<()> {
                 self.progress.read(batch.len())?;

@@ -17,7 +17,7 @@ pub(super) fn result(out: &mut impl Write, result: &SmdResult) -> io::Result<()>
     writeln!(out, "reference {}: {}, {size}", reference.file, reference.format)?;
     let thinned = config.thin_m.map_or(String::new(), |m| format!("; one point of each voxel of {m} m"));
     let cropped = if config.crop { "; reference cropped to the map" } else { "" };
-    writeln!(out, "distances beyond {} m count as that{thinned}{cropped}\n", config.cap_m)?;
+    writeln!(out, "distances are capped at {} m{thinned}{cropped}\n", config.cap_m)?;
 
     let mut table = Table::new([vec![Side::Left; 2], vec![Side::Right; 8]].concat());
     table.row(["map", "", "points", "mean", "median", "RMSE", "std", "95 %", "max", "beyond"]);
@@ -53,7 +53,7 @@ pub(super) fn result(out: &mut impl Write, result: &SmdResult) -> io::Result<()>
         if map.dropped > 0 {
             writeln!(
                 out,
-                "{}: {} left out: not finite or beyond the world",
+                "{}: {} excluded: not finite or beyond the world",
                 map.name,
                 counted(map.dropped, "point")
             )?;
@@ -61,12 +61,12 @@ pub(super) fn result(out: &mut impl Write, result: &SmdResult) -> io::Result<()>
     }
     if reference.dropped > 0 {
         let dropped = counted(reference.dropped, "point or triangle");
-        writeln!(out, "reference: {dropped} left out: not finite or beyond the world")?;
+        writeln!(out, "reference: {dropped} excluded: not finite or beyond the world")?;
     }
     if !config.crop {
         writeln!(
             out,
-            "Completeness asks for the whole reference, also where the map never was; see --crop."
+            "Completeness is that of the whole reference, also where the map never was; see --crop."
         )?;
     }
     Ok(())

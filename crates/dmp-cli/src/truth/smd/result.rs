@@ -4,7 +4,8 @@ use dmp_log::shown_path;
 use dmp_truth::surface::{Distances, Extent, SurfaceReport, SurfaceSettings};
 use serde::Serialize;
 
-use super::args::SmdArgs;
+use crate::options::{Asked, truth};
+
 use super::maps::{Measured, MeasuredMap};
 
 /// What the command prints. Serialised, it is the JSON of schema `dmp-smd/1`.
@@ -85,12 +86,7 @@ pub(super) struct Timing {
 }
 
 impl SmdResult {
-    pub(super) fn new(
-        arguments: &SmdArgs,
-        settings: &SurfaceSettings,
-        measured: &Measured,
-        total_s: f64,
-    ) -> Self {
+    pub(super) fn new(asked: &Asked, settings: &SurfaceSettings, measured: &Measured, total_s: f64) -> Self {
         let config = ConfigResult {
             cap_m: settings.cap_m,
             thresholds_m: settings.thresholds_m.clone(),
@@ -102,7 +98,7 @@ impl SmdResult {
         // The same for every map.
         let counts = measured.maps.first().map(|map| map.report.reference);
         let reference = ReferenceResult {
-            file: shown_path(&arguments.reference),
+            file: asked.get(&truth::SURFACE).map(|path| shown_path(&path)).unwrap_or_default(),
             format: measured.reference_format,
             points: counts.map_or(0, |counts| counts.points),
             triangles: counts.map_or(0, |counts| counts.triangles),

@@ -56,26 +56,3 @@ fn stairs_are_met_tread_by_tread_and_walked_through_their_middle() {
         assert!(treads_m.windows(2).all(|pair| (pair[1] - pair[0] - riser_m).abs() < 1e-9));
     }
 }
-
-#[test]
-fn the_walk_is_free_and_its_passages_are_narrow() {
-    for seed in 1..6 {
-        let town = Town::campus(seed);
-        for pair in WALK.windows(2) {
-            let [dx, dy] = [0, 1].map(|k| pair[1][k] - pair[0][k]);
-            let length = libm::hypot(dx, dy);
-            let ahead = Vector3::new(dx / length, dy / length, 0.0);
-            let floor_m = [0, 1].map(|k| walkable_m(pair[k][0], pair[k][1]));
-            // From above whatever is climbed, nothing is in the way at the height of the head.
-            let origin = Vector3::new(pair[0][0], pair[0][1], floor_m[0].max(floor_m[1]).max(LOWER_M) + 0.4);
-            let free_m = town.cast(origin, ahead, 0.0).map_or(f64::MAX, |hit| hit.range_m);
-            assert!(free_m > length, "seed {seed}, {pair:?}: {free_m} m");
-        }
-        for [x, y, along_x] in [[29.0, 6.0, 0.0], [53.0, 30.0, 0.0], [25.0, 45.0, 1.0]] {
-            let side = Vector3::new(1.0 - along_x, along_x, 0.0);
-            let reach = |sign: f64| town.cast(Vector3::new(x, y, 1.2), side * sign, 0.0).unwrap().range_m;
-            let width_m = reach(1.0) + reach(-1.0);
-            assert!((1.5..2.9).contains(&width_m), "seed {seed}: {width_m} m at {x}, {y}");
-        }
-    }
-}

@@ -20,7 +20,7 @@ fn off(sideways_m: f64, sigma_m: f64) -> Displacement {
     }
 }
 
-/// Visits of some runs, each pair so many segments behind the one before.
+/// Visits of some runs, each pair this many segments after the one before.
 fn visits(of_runs: &[Vec<Option<Displacement>>]) -> (Vec<VisitPairReport>, Vec<PairFacts>) {
     let visit = VisitReport { scan: 0, stamp_ns: None, scans: Vec::new() };
     let of_run = |off: Option<Displacement>| VisitPairOfRun {
@@ -42,7 +42,7 @@ fn visits(of_runs: &[Vec<Option<Displacement>>]) -> (Vec<VisitPairReport>, Vec<P
     ((0..pairs).map(report).collect(), (0..pairs).map(facts).collect())
 }
 
-/// Evenly spread over −1 to 1, in no order that a block could follow.
+/// Evenly spread over −1 to 1, without an order that blocks could follow.
 fn scattered(k: usize) -> f64 {
     let part = (k as u32).wrapping_mul(2_654_435_769);
     f64::from(part) / 2_147_483_648.0 - 1.0
@@ -52,7 +52,7 @@ fn p95() -> Confidence {
     Confidence::new(0.95).unwrap()
 }
 
-/// Between −1 and 1, by chance.
+/// Pseudo-random, between −1 and 1.
 fn chance(seed: usize, run: usize, k: usize) -> f64 {
     let drawn = mixed(mixed(mixed(seed as u64) ^ run as u64) ^ k as u64);
     (drawn >> 11) as f64 / (1u64 << 52) as f64 - 1.0
@@ -62,19 +62,19 @@ fn chance(seed: usize, run: usize, k: usize) -> f64 {
 fn a_run_is_off_by_what_its_pairs_are() {
     let run: Vec<_> = (0..30).map(|k| Some(off(if k % 2 == 0 { 0.3 } else { -0.5 }, 0.0))).collect();
     let (visits, facts) = visits(&[run]);
-    let told = of_run("kiss", 0, &visits, &facts, (1.0, p95()));
+    let drift = of_run("kiss", 0, &visits, &facts, (1.0, p95()));
     let rms_m = (0.5_f64 * (0.09 + 0.25)).sqrt();
     let near = |value: Option<f64>, expected: f64| value.is_some_and(|v| (v - expected).abs() < 1e-12);
-    assert!(near(told.rms_m.value, rms_m) && near(told.sideways_m, rms_m), "{told:?}");
-    assert!(near(told.median_m.value, 0.3) && near(told.p95_m.value, 0.5), "{told:?}");
+    assert!(near(drift.rms_m.value, rms_m) && near(drift.sideways_m, rms_m), "{drift:?}");
+    assert!(near(drift.median_m.value, 0.3) && near(drift.p95_m.value, 0.5), "{drift:?}");
     assert!(
-        near(told.of_the_way_percent, 0.3) && near(told.up_m, 0.0) && near(told.yaw_deg, 0.3),
-        "{told:?}"
+        near(drift.of_the_way_percent, 0.3) && near(drift.up_m, 0.0) && near(drift.yaw_deg, 0.3),
+        "{drift:?}"
     );
-    let [low, high] = told.rms_m.interval.unwrap();
-    assert!(low < rms_m && rms_m < high && high < 0.5, "{told:?}");
-    assert_eq!((told.pairs, told.pairs_refused, told.over_way.len()), (30, 0, 1));
-    assert_eq!(told.over_time.iter().map(|bin| bin.pairs).sum::<usize>(), 30);
+    let [low, high] = drift.rms_m.interval.unwrap();
+    assert!(low < rms_m && rms_m < high && high < 0.5, "{drift:?}");
+    assert_eq!((drift.pairs, drift.pairs_refused, drift.over_way.len()), (30, 0, 1));
+    assert_eq!(drift.over_time.iter().map(|bin| bin.pairs).sum::<usize>(), 30);
 }
 
 #[test]
@@ -82,9 +82,9 @@ fn noise_of_the_measurement_is_taken_off() {
     let run: Vec<_> =
         (0..400).map(|k| Some(off(0.05 * 3.0_f64.sqrt() * scattered(k), 0.05 / 3.0_f64.sqrt()))).collect();
     let (visits, facts) = visits(&[run]);
-    let told = of_run("still", 0, &visits, &facts, (1.0, p95()));
+    let drift = of_run("still", 0, &visits, &facts, (1.0, p95()));
     // 5 cm of noise and nothing else.
-    assert!(told.rms_m.value.unwrap() < 0.01, "{told:?}");
+    assert!(drift.rms_m.value.unwrap() < 0.01, "{drift:?}");
 }
 
 #[test]
@@ -94,19 +94,19 @@ fn pairs_without_an_answer_are_counted() {
     let open = run[5].as_mut().unwrap();
     (open.along_m, open.distance_m) = (None, None);
     let (visits, facts) = visits(&[run, vec![None; 8]]);
-    let told = of_run("kiss", 0, &visits, &facts, (1.0, p95()));
-    assert_eq!((told.pairs, told.pairs_in_part, told.pairs_refused), (6, 1, 1));
+    let drift = of_run("kiss", 0, &visits, &facts, (1.0, p95()));
+    assert_eq!((drift.pairs, drift.pairs_in_part, drift.pairs_refused), (6, 1, 1));
     // Three blocks are too few for an interval.
-    assert!(told.rms_m.value.is_some() && told.rms_m.interval.is_none());
+    assert!(drift.rms_m.value.is_some() && drift.rms_m.interval.is_none());
     let nothing = of_run("lost", 1, &visits, &facts, (1.0, p95()));
     assert_eq!((nothing.pairs, nothing.rms_m.value, nothing.yaw_deg), (0, None, None));
     let compared = compared((0, 1), ["kiss", "lost"], &visits, &facts, p95());
     assert_eq!((compared.pairs, compared.better, compared.rms_a_m), (0, None, None));
 }
 
-/// The null: of runs that are off alike, none is better more often than the intervals promise; and the power.
+/// The null: among equally wrong runs, one is better no more often than the intervals promise; and the power.
 #[test]
-fn equal_runs_are_equal_and_others_are_told_apart() {
+fn equal_runs_are_equal_and_others_are_ranked() {
     let mut wrong = 0;
     for seed in 0..200 {
         let run = |which: usize| -> Vec<_> {
@@ -118,12 +118,12 @@ fn equal_runs_are_equal_and_others_are_told_apart() {
     assert!(wrong <= 20, "{wrong} of 200 at 95 %");
     let run = |size_m: f64| -> Vec<_> { (0..60).map(|k| Some(off(size_m * scattered(k), 0.0))).collect() };
     let (visits, facts) = visits(&[run(0.1), run(0.3)]);
-    let told = compared((0, 1), ["a", "b"], &visits, &facts, Confidence::P99);
-    assert_eq!(told.better.as_deref(), Some("a"));
-    assert_eq!(told, compared((0, 1), ["a", "b"], &visits, &facts, Confidence::P99));
+    let drift = compared((0, 1), ["a", "b"], &visits, &facts, Confidence::P99);
+    assert_eq!(drift.better.as_deref(), Some("a"));
+    assert_eq!(drift, compared((0, 1), ["a", "b"], &visits, &facts, Confidence::P99));
 }
 
-/// The null with the fewest blocks that have an interval, whose pairs are off together.
+/// The null with the fewest blocks that have an interval, whose pairs are correlated.
 #[test]
 fn few_blocks_do_not_tell_equal_runs_apart() {
     let mut wrong = 0;
@@ -137,8 +137,8 @@ fn few_blocks_do_not_tell_equal_runs_apart() {
     assert!(wrong <= 20, "{wrong} of 1000 at 99 %");
 }
 
-/// What one run is off by more than the other in every pair counts where it is more than a measurement can be off by: the same run in
-/// two worlds differs by rounding alone, and that may have one sign.
+/// A consistent difference counts only if it exceeds the measurement error: the same run in two worlds
+/// differs by rounding alone, possibly always with one sign.
 #[test]
 fn what_is_less_than_the_measurement_tells_nothing() {
     let better = |a_m: f64, b_m: f64| {

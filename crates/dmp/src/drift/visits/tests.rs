@@ -4,7 +4,7 @@ use proptest::prelude::*;
 
 const NEAR_M: f64 = 15.0;
 
-/// Visits one after the other at these places, one run.
+/// Consecutive visits at these places, one run.
 fn at(places_m: &[[f64; 2]]) -> (Vec<Visit>, Places, Vec<f64>) {
     let along_m: Vec<f64> = std::iter::once(0.0)
         .chain(places_m.windows(2).scan(0.0, |along_m, pair| {
@@ -44,7 +44,7 @@ fn laps_are_paired_each_with_each() {
     let way: Vec<[f64; 2]> = lap(38.0).chain(lap(38.5)).chain(lap(39.0)).collect();
     let mut expected: Vec<(usize, usize)> =
         (0..60).flat_map(|a| [20, 40].map(|lap| (a, a + lap))).filter(|(_, b)| *b < 60).collect();
-    // The end of the last lap comes to where the first began.
+    // The end of the last lap reaches the start of the first.
     expected.push((0, 59));
     expected.sort_unstable();
     assert_eq!(found(&way), expected);
@@ -54,7 +54,7 @@ fn laps_are_paired_each_with_each() {
 fn neighbours_on_one_way_are_no_revisits() {
     let straight: Vec<[f64; 2]> = (0..40).map(|k| [2.0 * f64::from(k), 0.0]).collect();
     assert_eq!(found(&straight), []);
-    // Slow curves neither, though they come within 15 m of where they were 10 segments before.
+    // Slow curves neither, though they are within 15 m of their position 10 segments before.
     let curve: Vec<[f64; 2]> = (0..40)
         .map(|k| {
             let angle = 0.05 * f64::from(k);
@@ -90,7 +90,7 @@ fn what_most_runs_say_holds() {
         |runs: Vec<Vec<Option<Isometry3<f64>>>>| pairs(&visits, &Places(runs), &along_m, NEAR_M, false).len();
     let alone = all(vec![own.clone()]);
     assert_eq!([all(vec![off.clone(), own.clone(), own.clone()]), all(vec![off.clone()])], [alone, 0]);
-    // A run without poses there says nothing.
+    // A run without poses there has no influence.
     let nowhere = vec![None; own.len()];
     assert_eq!(all(vec![nowhere.clone(), own, nowhere.clone()]), alone);
     assert_eq!(all(vec![nowhere]), 0);
@@ -108,13 +108,13 @@ fn the_scans_of_a_visit_are_spread_over_its_middle() {
         standing.scans.contains(&standing.middle)
             && standing.scans.iter().all(|scan| (20..40).contains(scan))
     );
-    // Of dense scans a few are enough.
+    // With dense scans a few suffice.
     assert_eq!(Visit::of(0..100, &along_m, |_| 50_000, false).scans, [74, 75, 76]);
     assert_eq!(Visit::of(7..8, &along_m, |_| 10_000, false), Visit { middle: 7, scans: vec![7] });
 }
 
 proptest! {
-    /// The slow way: every visit compared with every other.
+    /// The slow reference: every visit compared with every other.
     #[test]
     fn pairs_are_those_of_all_comparisons(
         steps in prop::collection::vec((-14.0..14.0_f64, -14.0..14.0_f64), 5..60),
@@ -130,7 +130,7 @@ proptest! {
             b < way.len() && a.abs_diff(b) >= LAG && apart(a, b) <= NEAR_M
                 && WAY_PER_DISTANCE * apart(a, b) <= (along_m[a] - along_m[b]).abs()
         };
-        // Nearest of the row of neighbours that `b` is in: the first of those as near.
+        // Nearest of the row of neighbours that `b` is in: the first of equal ones.
         let is_nearest = |a: usize, b: usize| {
             let behind = (b + 1..way.len()).take_while(|&c| near(a, c)).all(|c| apart(a, c) >= apart(a, b));
             let before = (0..b).rev().take_while(|&c| near(a, c)).all(|c| apart(a, c) > apart(a, b));

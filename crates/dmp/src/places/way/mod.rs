@@ -11,28 +11,28 @@ use crate::plan::Drive;
 use crate::run_poses::RunPoses;
 use crate::segment_length::SegmentLength;
 
-/// Length of the stretch of the way that is a place, metres.
+/// Length of a place along the path, metres.
 pub(crate) const LENGTH_M: f64 = 10.0;
-/// A scan on a later pass belongs to the place whose centre it comes this near to in every run, metres: half a length
-/// and some more, so that no scan falls between two places.
+/// A scan on a later pass belongs to a place if it is this near to its centre in every run, metres. It is
+/// more than half a length, so that no scan falls between two places.
 const JOIN_M: f64 = 0.75 * LENGTH_M;
 /// Scans at least this near to a place's centre make its map, metres.
 const RADIUS_M: f64 = 35.0;
-/// The way between scans that are read for a place, metres.
+/// Distance travelled between scans that are read for a place, metres.
 pub(crate) const SPACING_M: f64 = 4.0;
-/// Scans that are packed together are read together, and then as much of the way as they stand for is left out behind
-/// them: up to so much, metres.
+/// Scans packed together are read together. Then the path behind them is skipped in proportion to their
+/// number, up to this distance, metres.
 const MOST_LEFT_OUT_M: f64 = 12.0;
-/// Segments that must lie between two scans for one to see a place again: as for the coverage by revisits.
+/// Segments between two scans for the later one to count as a revisit: as for the coverage by revisits.
 const REVISIT_SEGMENTS: f64 = 5.0;
-/// How near the way must come back, metres.
+/// Largest distance between a revisit and the place, metres.
 const REVISIT_M: f64 = 20.0;
-/// Scans beyond which every run is given its share of those that are read for a place, and the share: a run that
-/// puts the whole drive in one place must neither have all of it read nor leave no room for the others.
+/// Above this number of scans for a place, every run is limited to its share of them. So a run that puts the
+/// whole drive in one place neither reads all of it nor crowds out the others.
 const MAX_SCANS: usize = 240;
 const MAX_SCANS_OF_RUN: usize = 120;
 
-/// The way that the longest segment takes, metres.
+/// Path length of the longest segment, metres.
 fn longest_m(drive: &Drive) -> f64 {
     let last = drive.along_m.len() - 1;
     let ends = drive.segments.starts.iter().skip(1).chain([&last]);
@@ -45,7 +45,7 @@ fn longest_m(drive: &Drive) -> f64 {
     ways.fold(0.0, f64::max)
 }
 
-/// A stretch of the way with all passes over it.
+/// A stretch of the path with all passes over it.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Place {
     /// Ordinal of the scan in its middle on the first pass.
@@ -54,29 +54,29 @@ pub(crate) struct Place {
     pub(crate) scans: Vec<usize>,
 }
 
-/// What is read for a place.
+/// The scans to read for a place.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct PlaceScans {
-    /// Ordinals of scans, ascending: its map is made of all of them.
+    /// Ordinals of scans, ascending: all of them make its map.
     pub(crate) read: Vec<usize>,
-    /// Those that are scored.
+    /// The scored ones.
     pub(crate) scored: BTreeSet<usize>,
-    /// Whether there were more than are read for one place.
+    /// Whether the limit of scans for one place cut some.
     pub(crate) cut: bool,
 }
 
-/// How the way of a drive leads, and where every run has its scans, by their ordinals.
+/// The path of a drive and the scans' positions in every run, by ordinal.
 #[derive(Debug)]
 pub(crate) struct Way {
-    /// The way up to each scan, metres.
+    /// The path length up to each scan, metres.
     along_m: Vec<f64>,
     of_runs: Vec<Whereabouts>,
-    /// What each scan is packed in.
+    /// The group that each scan is packed in.
     groups: Vec<u32>,
     /// Length of the segments of the drive, metres.
     segment_m: f64,
-    /// How near to a place's centre scans make its map, metres: what its scans need of other segments, on both sides,
-    /// as far as they are independent.
+    /// Scans within this distance of a place's centre make its map, metres: it covers the other segments that
+    /// its scans depend on, on both sides.
     radius_m: f64,
 }
 
@@ -90,7 +90,7 @@ impl Way {
         let of_run = |run: &RunPoses| drive.frames().iter().map(|frame| place(frame, run)).collect();
         let segment_m = match drive.segments.length {
             Some(SegmentLength::Metres(m)) => m.max(LENGTH_M),
-            // The way that the longest takes.
+            // The path length of the longest.
             Some(SegmentLength::Seconds(_) | SegmentLength::Scans(_)) => longest_m(drive).max(LENGTH_M),
             None => LENGTH_M,
         };
@@ -108,15 +108,15 @@ impl Way {
         self.radius_m
     }
 
-    /// The longest pass through a place: scans that follow one another.
+    /// The longest pass through a place: consecutive scans.
     pub(crate) fn pass_of<'p>(&self, place: &'p PlaceScans) -> &'p [usize] {
         let follows =
             |a: &usize, b: &usize| self.along_m[*b] - self.along_m[*a] <= MOST_LEFT_OUT_M + SPACING_M;
         place.read.chunk_by(follows).max_by_key(|pass| pass.len()).unwrap_or_default()
     }
 
-    /// Cuts the way into places, in their order along it: stretches of it, but for later passes over them. `O(scans)`
-    /// where no run heaps up the drive.
+    /// Cuts the path into places, in their order along it; later passes join existing places. `O(scans)`
+    /// unless a run piles up the whole drive.
     pub(crate) fn places(&self) -> Vec<Place> {
         let along_m = &self.along_m;
         let mut places: Vec<Place> = Vec::new();
@@ -152,7 +152,7 @@ impl Way {
         places
     }
 
-    /// Of scans that follow each other the one nearest to the middle of the way from the first to the last.
+    /// Of consecutive scans the one nearest to the middle of their path.
     fn middle_of(&self, scans: &[usize]) -> usize {
         let [Some(&first), Some(&last)] = [scans.first(), scans.last()] else { return 0 };
         let middle_m = f64::midpoint(self.along_m[first], self.along_m[last]);
@@ -160,19 +160,19 @@ impl Way {
         scans.iter().min_by(|a, b| off_m(a).total_cmp(&off_m(b))).copied().unwrap_or(first)
     }
 
-    /// How far two scans are apart in the run where that is most; `None` where that is more than `most_m`.
+    /// The largest distance between two scans over all runs; `None` if it exceeds `most_m`.
     fn apart_in_all(&self, a: usize, b: usize, most_m: f64) -> Option<f64> {
         let apart = |run: &Whereabouts| distance(run.in_world_m[a], run.in_world_m[b]);
         let apart_m = self.of_runs.iter().map(apart).fold(0.0, f64::max);
         (apart_m <= most_m).then_some(apart_m)
     }
 
-    /// The scans that any run has within `radius_m` of where it has the scan `centre`.
+    /// The scans that any run puts within `radius_m` of the scan `centre`.
     fn near_in_any(&self, centre: usize, radius_m: f64) -> BTreeSet<usize> {
         self.of_runs.iter().flat_map(|run| run.within(run.in_world_m[centre], radius_m)).collect()
     }
 
-    /// What is to be read for a place: scans in steps of [`SPACING_M`], on every pass.
+    /// The scans to read for a place: in steps of [`SPACING_M`], on every pass.
     pub(crate) fn scans_of(&self, place: &Place) -> PlaceScans {
         let own: BTreeSet<usize> = place.scans.iter().copied().collect();
         let wanted = self.spaced(&own, &BTreeSet::new());
@@ -188,8 +188,8 @@ impl Way {
         PlaceScans { read: read.into_iter().collect(), scored, cut }
     }
 
-    /// What is read for a place where there is too much for all: the scans that one run has near, no more than its
-    /// share, and those that are `wanted`.
+    /// The scans to read for a place with too many: those near in one run, up to its share, and the `wanted`
+    /// ones.
     fn share_of(
         &self,
         run: &Whereabouts,
@@ -204,8 +204,8 @@ impl Way {
         (0..count).map(|k| read[k * read.len() / count]).chain(wanted.iter().copied()).collect()
     }
 
-    /// Those of the scans that are steps of the way apart, [`SPACING_M`] on average, and those that are `wanted`; what
-    /// is packed together stays together.
+    /// Thins scans to [`SPACING_M`] on average and keeps the `wanted` ones; scans packed together stay
+    /// together.
     fn spaced(&self, scans: &BTreeSet<usize>, wanted: &BTreeSet<usize>) -> BTreeSet<usize> {
         let scans: Vec<usize> = scans.iter().copied().collect();
         let (mut kept, mut next_m) = (BTreeSet::new(), f64::NEG_INFINITY);
@@ -219,7 +219,7 @@ impl Way {
         kept
     }
 
-    /// Whether most runs have the way come back to the place.
+    /// Whether the path revisits the place in most runs.
     pub(crate) fn is_revisited(&self, place: &Place) -> bool {
         let along_m = &self.along_m;
         let far = |scan: &usize| {

@@ -1,6 +1,6 @@
 use super::*;
 
-/// A way that goes through these points, a scan every metre.
+/// A path through these points, a scan every metre.
 fn through(corners: &[[f64; 2]]) -> Vec<[f64; 3]> {
     let mut places = Vec::new();
     for leg in corners.windows(2) {
@@ -43,7 +43,7 @@ fn every_scan_is_in_one_place_and_later_passes_join() {
         let mut scans: Vec<usize> = places.iter().flat_map(|place| place.scans.clone()).collect();
         scans.sort_unstable();
         assert!(scans.iter().copied().eq(0..truth.len()));
-        // 320 m round and 200 m on: the second round makes hardly a place of its own.
+        // 320 m round and 200 m on: the second round adds almost no places.
         assert!((50..=58).contains(&places.len()), "{}", places.len());
         let twice = places.iter().filter(|place| place.scans.len() > 15).count();
         assert!(twice >= 25, "{twice}");
@@ -67,7 +67,7 @@ fn a_run_that_lost_its_way_does_not_make_places_of_others() {
     assert_eq!(alone.places(), both.places());
     let place = &both.places()[20];
     let scans = both.scans_of(place);
-    // It puts every scan there: not all are read, but those that are scored are.
+    // It puts every scan there: not all are read, but all scored ones are.
     assert!(scans.read.len() <= MAX_SCANS && scans.scored.iter().all(|scan| scans.read.contains(scan)));
     assert!(scans.read.len() > alone.scans_of(place).read.len());
 }
@@ -138,12 +138,12 @@ fn what_is_read_is_what_any_run_has_near_in_steps() {
             for &scan in &scans.read {
                 assert!(near(scan) || place.scans.contains(&scan), "{scan} at {place:?}");
             }
-            // No stretch of the way that is near is left out.
+            // No near stretch of the path is missing.
             for scan in (0..truth.len()).filter(|&scan| near(scan)) {
                 let beside = scans.read.iter().any(|&read| read.abs_diff(scan) <= MOST_LEFT_OUT_M as usize);
                 assert!(beside, "{scan} at {place:?}");
             }
-            // And none is read much more densely than the steps say.
+            // And none is read much more densely than the steps require.
             assert!(scans.read.len() <= (0..truth.len()).filter(|&scan| near(scan)).count() / 2 + 12);
         }
     }

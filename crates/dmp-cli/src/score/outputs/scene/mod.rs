@@ -28,17 +28,17 @@ pub(super) struct Scene {
     path: PathBuf,
     writer: SceneWriter,
     about: BTreeMap<String, String>,
-    told: String,
+    shown: String,
 }
 
 impl Scene {
     /// Ends the file and gives it its name; says what it shows.
     pub(super) fn finish(self) -> anyhow::Result<String> {
-        let Self { path, writer, about, told } = self;
+        let Self { path, writer, about, shown } = self;
         writer.finish(about)?;
         // What is no file has no length.
         let bytes = std::fs::metadata(&path).ok().filter(std::fs::Metadata::is_file);
-        Ok(bytes.map_or_else(|| told.clone(), |found| format!("{}; {told}", text::bytes(found.len()))))
+        Ok(bytes.map_or_else(|| shown.clone(), |found| format!("{}; {shown}", text::bytes(found.len()))))
     }
 }
 
@@ -74,21 +74,27 @@ pub(super) fn draw(
     }
     let mut returns = Shown { of: clouds.iter().map(|&run| report.runs[run].returns).sum(), shown: 0 };
     returns.shown = placed.play(&mut writer, &clouds, &places, host)?;
-    let told = told(&surfels, &returns, (clouds.len(), runs.len()), placed.way_every());
+    let shown = shown_in_words(&surfels, &returns, (clouds.len(), runs.len()), placed.way_every());
     let [x, y, z] = origin_m;
     let frame = format!(
         "{} with its origin at {x} {y} {z} of its world, metres; each other run is turned and moved as one piece so that its poses lie \
          best on those of that one",
         placed.names.get(best).copied().unwrap_or_default()
     );
-    let about = [("map", frame), ("shown", told.clone())].map(|(name, text)| (name.to_owned(), text));
-    Ok(Scene { path: path.to_owned(), writer, about: about.into(), told })
+    let about = [("map", frame), ("shown", shown.clone())].map(|(name, text)| (name.to_owned(), text));
+    Ok(Scene { path: path.to_owned(), writer, about: about.into(), shown })
 }
 
 /// What is shown of what there is.
-fn told(surfels: &Shown, returns: &Shown, (clouds, runs): (usize, usize), way_every: usize) -> String {
+fn shown_in_words(
+    surfels: &Shown,
+    returns: &Shown,
+    (clouds, runs): (usize, usize),
+    way_every: usize,
+) -> String {
     let of_runs = if clouds < runs { format!(" of the {clouds} best of {runs} runs") } else { String::new() };
-    let ways = if way_every > 1 { format!("; ways of one scan of every {way_every}") } else { String::new() };
+    let ways =
+        if way_every > 1 { format!("; paths of one scan of every {way_every}") } else { String::new() };
     format!("{} surfels and {} returns{of_runs}{ways}", surfels.in_words(), returns.in_words())
 }
 
@@ -171,7 +177,7 @@ impl Placed<'_> {
         Ok(shown)
     }
 
-    /// What is told of each run, by the scans at which it is.
+    /// The messages of each run, by the scans at which they are.
     fn texts_by_frame(&self, places: &[Vec<WorstPlace>]) -> HashMap<usize, Vec<(usize, String)>> {
         let mut texts: HashMap<usize, Vec<(usize, String)>> = HashMap::new();
         for (number, place) in places.iter().flat_map(|of_run| of_run.iter().enumerate()) {

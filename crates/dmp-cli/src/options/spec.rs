@@ -1,0 +1,180 @@
+//! A command: what it is called, which options it has, what it does.
+
+use std::fmt;
+use std::io::Write;
+
+use clap::{ArgMatches, Command};
+
+use super::{Asked, Entry};
+use crate::common::Common;
+use crate::exit::Exit;
+use crate::say::Printed;
+
+/// Where results of a command go.
+pub(crate) type Out<'a> = Printed<&'a mut (dyn Write + 'a)>;
+
+/// What a command does.
+type Run = fn(&Asked, &Common, &mut Out<'_>) -> anyhow::Result<Exit>;
+
+/// A command.
+pub(crate) struct Spec {
+    pub(crate) name: &'static str,
+    /// A sentence, for lists of commands.
+    pub(crate) about: &'static str,
+    /// What `--help` says besides.
+    pub(crate) more: &'static str,
+    /// How it is called, where the parser cannot derive it.
+    pub(crate) usage: &'static str,
+    /// Examples, files, exit codes.
+    pub(crate) after: &'static str,
+    /// Its options, in lists that commands share.
+    pub(crate) options: &'static [&'static [&'static dyn Entry]],
+    /// Options of other commands that it refuses, each with the reason.
+    pub(crate) refused: &'static [(&'static dyn Entry, &'static str)],
+    /// Adds what is not in the registry: the gates.
+    pub(crate) extend: fn(Command) -> Command,
+    /// Whether `-h` shows only the options that most people need.
+    pub(crate) has_short_help: bool,
+    pub(crate) commands: &'static [&'static Spec],
+    pub(crate) run: Run,
+}
+
+impl fmt::Debug for Spec {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("Spec").field(&self.name).finish()
+    }
+}
+
+impl Spec {
+    /// A command without anything: what others differ from.
+    pub(crate) const EMPTY: Self = Self {
+        name: "",
+        about: "",
+        more: "",
+        usage: "",
+        after: "",
+        options: &[],
+        refused: &[],
+        extend: |command| command,
+        has_short_help: false,
+        commands: &[],
+        run: |_, _, _| Ok(Exit::WrongUsage),
+    };
+
+    /// Its options, without those that it refuses.
+    pub(crate) fn entries(&self) -> impl Iterator<Item = &'static dyn Entry> {
+        self.options.iter().flat_map(|list| list.iter().copied())
+    }
+
+    /// Its definition for the parser.
+    pub(crate) fn clap(&'static self) -> Command {
+        let mut command = Command::new(self.name).about(self.about);
+        if !self.more.is_empty() {
+            command = command.long_about(format!("{}\n\n{}", self.about, self.more));
+        }
+        if !self.usage.is_empty() {
+            command = command.override_usage(self.usage);
+        }
+        if self.has_short_help {
+            let line = format!("`dmp {} --help` shows all options, and examples.", self.name);
+            command = command.after_help(line).after_long_help(self.after);
+        } else if !self.after.is_empty() {
+            command = command.after_help(self.after);
+        }
+        let known = |name: &str| self.entries().any(|entry| entry.facts().name == name);
+        for entry in self.entries() {
+            command = command.arg(entry.arg(&known).hide_short_help(self.hides(entry.facts().is_short_help)));
+        }
+        for (entry, _) in self.refused {
+            command = command.arg(entry.arg(&|_| false).hide(true));
+        }
+        if let Some(like) = self.entries().map(|entry| entry.facts().name).find(|&name| name == "like") {
+            let set = self.entries().map(|entry| entry.facts()).filter(|facts| facts.is_set_by_like);
+            command = command.mut_arg(like, |arg| arg.conflicts_with_all(set.map(|facts| facts.name)));
+        }
+        command = (self.extend)(command);
+        if self.has_short_help {
+            let is_gate = |id: &str| !known(id) && !self.refuses(id);
+            command =
+                command.mut_args(|arg| match (is_gate(arg.get_id().as_str()), arg.get_id() == "expect") {
+                    (true, false) => arg.hide_short_help(true),
+                    _ => arg,
+                });
+        }
+        if !self.commands.is_empty() {
+            command = command.subcommand_required(true).arg_required_else_help(true);
+        }
+        command.subcommands(self.commands.iter().map(|spec| spec.clap()))
+    }
+
+    fn hides(&self, is_short_help: bool) -> bool {
+        self.has_short_help && !is_short_help
+    }
+
+    fn refuses(&self, id: &str) -> bool {
+        self.refused.iter().any(|(entry, _)| entry.facts().name == id)
+    }
+
+    /// The command that was called, this one or one below, with its values.
+    pub(crate) fn called(&'static self, mut matches: ArgMatches) -> Asked {
+        let below = matches.remove_subcommand();
+        let found = below.and_then(|(name, matches)| {
+            Some((*self.commands.iter().find(|spec| spec.name == name)?, matches))
+        });
+        match found {
+            Some((spec, matches)) => spec.called(matches),
+            None => Asked::new(self, matches),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Command;
+
+    use super::*;
+    use crate::ROOT;
+
+    fn walk(spec: &'static Spec, found: &mut Vec<&'static Spec>) {
+        found.push(spec);
+        spec.commands.iter().for_each(|spec| walk(spec, found));
+    }
+
+    /// Every option of every command: it says what it is, and the value that it parses is one that the command reads.
+    #[test]
+    fn every_option_parses_its_example() {
+        let mut specs = Vec::new();
+        walk(&ROOT, &mut specs);
+        for spec in specs {
+            for entry in spec.entries() {
+                let facts = entry.facts();
+                let place = format!("dmp {} {}", spec.name, facts.name);
+                let arg = entry.arg(&|_| false).required(false);
+                assert!(arg.get_help().is_some_and(|help| !help.to_string().is_empty()), "{place}");
+                let mut words = vec!["dmp".to_owned()];
+                match (facts.is_argument, facts.is_switch) {
+                    (true, _) => words.extend(facts.example.split(' ').map(str::to_owned)),
+                    (_, true) => words.push(format!("--{}", facts.name)),
+                    _ if facts.example.contains(' ') => {
+                        words.push(format!("--{}", facts.name));
+                        words.extend(facts.example.split(' ').map(str::to_owned));
+                    }
+                    _ => words.push(format!("--{}={}", facts.name, facts.example)),
+                }
+                let matches = Command::new("dmp").arg(arg).try_get_matches_from(words);
+                assert!(matches.is_ok_and(|matches| entry.is_typed(&matches)), "{place}");
+            }
+        }
+    }
+
+    #[test]
+    fn short_help_shows_what_most_people_need() {
+        let options = || crate::score::SPEC.entries().map(Entry::facts).filter(|facts| !facts.is_argument);
+        // Those for gates, and --quiet and --help.
+        assert!(options().count() + 2 + 2 <= 45);
+        assert!(options().filter(|facts| facts.is_short_help).count() <= 10);
+        let short = crate::score::SPEC.clap().render_help().to_string();
+        assert!(short.contains("--report") && !short.contains("--voxel"), "{short}");
+        assert!(short.contains("`dmp score --help` shows all options"), "{short}");
+    }
+}
