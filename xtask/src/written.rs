@@ -87,14 +87,14 @@ fn logs(folder: &Path, scans: &[Scan]) -> anyhow::Result<Vec<Value>> {
         scans.iter().try_for_each(|scan| writer.write_scan(scan))?;
         writer.finish()?;
         files.push(
-            json!({ "path": name, "kind": "mcap", "scans": scans.iter().map(told).collect::<Vec<_>>() }),
+            json!({ "path": name, "kind": "mcap", "scans": scans.iter().map(scan_json).collect::<Vec<_>>() }),
         );
     }
     Ok(files)
 }
 
-/// A scan as the manifest tells it.
-fn told(scan: &Scan) -> Value {
+/// A scan in the manifest.
+fn scan_json(scan: &Scan) -> Value {
     json!({ "stamp_ns": scan.stamp_ns, "points": scan.points_in_sensor_m, "offsets_ns": scan.time_offsets_ns })
 }
 
@@ -149,7 +149,7 @@ fn folder_of_scans(
     scans.iter().try_for_each(|scan| writer.write_scan(scan))?;
     writer.finish()?;
     if format == FolderFormat::Bin {
-        let scans: Vec<Value> = scans.iter().map(told).collect();
+        let scans: Vec<Value> = scans.iter().map(scan_json).collect();
         return Ok(vec![json!({ "path": "bin", "kind": "bin", "scans": scans })]);
     }
     let file = |(number, scan): (usize, &Scan)| {

@@ -8,8 +8,8 @@ use std::path::Path;
 /// Bytes looked at on each end of a file.
 pub(crate) const END_BYTES: u64 = 64 * 1024;
 
-/// Identifies a file by its length and its two ends: cheap on a log of a hundred gigabytes. It tells
-/// files apart, it does not prove them whole.
+/// Identifies a file by its length and its two ends: cheap on a log of a hundred gigabytes. It
+/// distinguishes files, it does not prove them whole.
 pub(crate) fn of_file(path: &Path, count: &ReadCount) -> io::Result<String> {
     let mut file = count.open(path)?;
     let length = file.metadata()?.len();

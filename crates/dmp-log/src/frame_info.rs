@@ -50,10 +50,10 @@ pub(crate) fn runs_of_eight(frames: usize) -> Vec<Range<usize>> {
     (0..frames).step_by(8).map(|start| start..(start + 8).min(frames)).collect()
 }
 
-/// A scan as far as a log's index tells.
+/// A scan as a log's index lists it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct OutlinedScan {
-    /// Its stamp, nanoseconds, as near as the index tells: in a bag the time the scan was recorded, plus the
+    /// Its stamp, nanoseconds, as near as the index has it: in a bag the time the scan was recorded, plus the
     /// usual distance of a scan's own stamp from that, see [`LogOutline::stamp_error_ns`](crate::LogOutline::stamp_error_ns). `None` where the
     /// log has no stamps, or the index no time.
     pub stamp_ns: Option<i64>,

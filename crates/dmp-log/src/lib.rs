@@ -6,7 +6,7 @@
 //! thread, which fills a [`Scan`](dmp_sensor::Scan) with one scan at a time. [`read_trajectory`] reads
 //! poses, [`read_pose_graph`] a graph of them and [`read_loop_candidates`] edges that it might have,
 //! [`read_loop_labels`] which of those are true and [`read_keyframe_times`] when its vertices were.
-//! [`outline_log`] tells the scans of a log from its index and opens a part of them; [`ScanLog::index`] says where they lie, so
+//! [`outline_log`] lists the scans of a log from its index and opens a part of them; [`ScanLog::index`] says where they lie, so
 //! that [`LogIndex::open`] opens the log again in another process without reading it. [`MemoryLog`] makes a log of
 //! scans that a program has already. [`read_cloud`] streams the points of a map, [`read_mesh`] the triangles of a
 //! reference.

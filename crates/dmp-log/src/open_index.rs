@@ -7,7 +7,7 @@ use dmp_lengths::thousands;
 use std::path::Path;
 
 impl LogIndex {
-    /// Opens the log at `path`, which may be elsewhere now. It tells of itself what was found in it when it was indexed.
+    /// Opens the log at `path`, which may be elsewhere now. Its summary is what was found in it when it was indexed.
     ///
     /// # Errors
     /// When it is not there, or is another one: of another length or with other ends. That single scans are not what they were
@@ -34,7 +34,7 @@ impl LogIndex {
     }
 
     /// The log without its files, for what follows from its scans alone: when they were, how many returns they have. None can be
-    /// read. `None` where only the log itself tells.
+    /// read. `None` where only the log itself has it.
     ///
     /// # Errors
     /// When the index is none.

@@ -1,4 +1,4 @@
-//! The scans of a log as far as its index tells, and parts of it.
+//! The scans of a log as its index lists them, and parts of it.
 
 use crate::bag_log::BagOutline;
 use crate::depth_folder::DepthFolder;
@@ -13,7 +13,7 @@ use dmp_lengths::thousands;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// The scans of a log as far as its index tells: hardly any of them is read.
+/// The scans of a log as its index lists them: hardly any of them is read.
 ///
 /// A scan's number is its place in the log's own order, from 0; what a log's index names has a number, also
 /// where it turns out to be damaged when it is read.
@@ -133,8 +133,8 @@ impl LogOutline {
         &self.scans
     }
 
-    /// What is told of the log. Returns are not known, 0, where only an index was read, and stamps as near as that
-    /// tells.
+    /// The summary of the log. Returns are not known, 0, where only an index was read, and stamps as near as that
+    /// has them.
     pub fn summary(&self) -> &LogSummary {
         match &self.source {
             Source::Bag(bag) => bag.summary(),
@@ -172,7 +172,7 @@ impl LogOutline {
         self.own_bytes
     }
 
-    /// How far the stamp of a scan that was looked at is at most from what the index tells, nanoseconds; 0 where
+    /// How far the stamp of a scan that was looked at is at most from that of the index, nanoseconds; 0 where
     /// the index has the stamps themselves. Others may be farther off. Of the order of the log's length where
     /// the times in the index mean nothing.
     pub fn stamp_error_ns(&self) -> i64 {

@@ -60,7 +60,7 @@ pub fn printable(text: &str) -> Cow<'_, str> {
     Cow::Owned(printed)
 }
 
-/// A path as results say it: those from the root tell of machines and home folders, and those that lead up of what lies beside,
+/// A path as results say it: those from the root name machines and home folders, and those that lead up of what lies beside,
 /// so only their last part; others as they are.
 ///
 /// ```

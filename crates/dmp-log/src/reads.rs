@@ -46,7 +46,7 @@ impl CountedFile {
 pub(crate) struct KnownFile {
     pub(crate) path: PathBuf,
     pub(crate) length: u64,
-    /// When it was last written; `None` where the system does not tell.
+    /// When it was last written; `None` where the system does not say.
     modified: Option<SystemTime>,
 }
 
@@ -98,7 +98,7 @@ pub(crate) fn refuse_device(path: &Path) -> Result<(), LogError> {
     Ok(())
 }
 
-/// The first bytes of a file, by which formats are told apart: 16, or fewer where it is shorter.
+/// The first bytes of a file, by which formats are recognised: 16, or fewer where it is shorter.
 pub(crate) fn start_of(path: &Path) -> Result<Vec<u8>, LogError> {
     refuse_device(path)?;
     let mut start = Vec::new();
@@ -107,7 +107,7 @@ pub(crate) fn start_of(path: &Path) -> Result<Vec<u8>, LogError> {
     Ok(start)
 }
 
-/// Opens a file that is read from its start, and tells its length.
+/// Opens a file that is read from its start, and its length.
 pub(crate) fn open_sized(path: &Path) -> Result<(BufReader<File>, u64), LogError> {
     let file = open_input(path).map_err(|e| LogError::io(path, "open", e))?;
     let length = file.metadata().map_err(|e| LogError::io(path, "read", e))?.len();

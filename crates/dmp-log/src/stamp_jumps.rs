@@ -103,18 +103,18 @@ mod tests {
     }
 
     #[test]
-    fn a_stamp_that_is_off_and_a_gap_are_told() {
+    fn a_stamp_that_is_off_and_a_gap_are_found() {
         let mut stamps = every(S / 10, 100);
         stamps[12] += 3600 * S;
         stamps[30] -= 20 * S;
         stamps[41..].iter_mut().for_each(|ns| *ns += 12 * S);
-        let told: Vec<String> = jumps(&stamps).iter().map(ToString::to_string).collect();
+        let found: Vec<String> = jumps(&stamps).iter().map(ToString::to_string).collect();
         let words = [
             "scan 12 is stamped 3599.9 s after the scans around it",
             "scan 30 is stamped 19.9 s before the scans around it",
             "no scan for 12.1 s after scan 40, where scans are 0.10 s apart",
         ];
-        assert_eq!(told, words);
+        assert_eq!(found, words);
         stamps[12] = i64::MAX;
         stamps[30] = i64::MIN;
         assert_eq!(jumps(&stamps).len(), 3);

@@ -37,10 +37,8 @@ pub(crate) fn read_text(path: &Path, what: &str, most_bytes: u64) -> Result<Vec<
             }
         }
         if !has_data && bytes.len() > MAX_BLANK_BYTES {
-            let problem = format!(
-                "nothing but blank lines and comments in {} bytes: no {what}",
-                thousands(bytes.len())
-            );
+            let problem =
+                format!("only blank lines and comments in {} bytes: no {what}", thousands(bytes.len()));
             return Err(ParseError::new(PlaceInFile::WholeFile, problem));
         }
         Ok(())

@@ -6,29 +6,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use anyhow::ensure;
 use serde_json::Value;
 
-use super::mutate::damage;
-use super::verdict::{Failure, Verdict, accepts, judge, silent};
-use crate::trials::{Call, End, Ended, File, Kind, Random, Seed, folder, run, write};
-
-/// Which try: of a kind of input, by its number.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Attempt {
-    pub(super) kind: usize,
-    pub(super) number: u64,
-}
-
-/// What became of it.
-#[derive(Debug)]
-pub(super) struct Outcome {
-    pub(super) kind: &'static str,
-    pub(super) seed: u64,
-    pub(super) number: u64,
-    pub(super) command: String,
-    pub(super) call: Call,
-    pub(super) files: Vec<File>,
-    pub(super) ended: Ended,
-    pub(super) verdict: Verdict,
-}
+use super::seeds::{Kind, Seed};
+use super::verdict::{accepts, judge, silent};
+use crate::trials::damage::damage;
+use crate::trials::{Call, End, Ended, Failure, File, Outcome, folder, numbers, run, write};
 
 #[derive(Debug)]
 pub(super) struct Attacker {
@@ -42,7 +23,7 @@ pub(super) struct Attacker {
 }
 
 impl Attacker {
-    /// Runs every command on files that are well: each must take them.
+    /// Runs every command on undamaged files: each must accept them.
     pub(super) fn prepare(
         dmp: PathBuf,
         kinds: Vec<Kind>,
@@ -56,24 +37,19 @@ impl Attacker {
             .iter()
             .map(|kind| attacker.sound(kind, &mut refused))
             .collect::<anyhow::Result<_>>()?;
-        ensure!(refused.is_empty(), "sound files were not taken:\n{}", refused.join("\n"));
+        ensure!(refused.is_empty(), "undamaged files were refused:\n{}", refused.join("\n"));
         Ok(attacker)
     }
 
     fn sound(&self, kind: &Kind, refused: &mut Vec<String>) -> anyhow::Result<Vec<Vec<Value>>> {
         let mut of_call = |seed: &Seed, call: &Call| -> anyhow::Result<Value> {
             let (ended, verdict) = self.try_on(&seed.files, call)?;
-            let line = call.words.join(" ");
-            let said = String::from_utf8_lossy(&ended.said);
-            if verdict != Verdict::Accepted {
-                refused.push(format!("{}: dmp {line}: {verdict:?}: {said}", kind.name));
+            if verdict != Ok(true) {
+                let (line, stderr) = (call.words.join(" "), String::from_utf8_lossy(&ended.stderr));
+                refused.push(format!("{}: dmp {line}: {verdict:?}: {stderr}", kind.name));
             }
             let is_score = seed.is_guarded && call.words[0] == "score";
-            Ok(if is_score {
-                serde_json::from_slice(&ended.printed).unwrap_or_default()
-            } else {
-                Value::Null
-            })
+            Ok(if is_score { serde_json::from_slice(&ended.stdout).unwrap_or_default() } else { Value::Null })
         };
         let mut of_seed = |seed: &Seed| seed.calls.iter().map(|call| of_call(seed, call)).collect();
         kind.seeds.iter().map(&mut of_seed).collect()
@@ -83,13 +59,10 @@ impl Attacker {
         self.kinds.len()
     }
 
-    /// The try; nothing where it was interrupted.
-    pub(super) fn attempt(&self, attempt: Attempt) -> anyhow::Result<Option<Outcome>> {
-        let Attempt { kind: at, number } = attempt;
-        let kind = &self.kinds[at];
-        // By its name: what other kinds are tried does not matter.
-        let name = kind.name.bytes().fold(0_u64, |hash, byte| hash.wrapping_mul(257) + u64::from(byte));
-        let mut random = Random::of(&[self.seed, name, number]);
+    /// The try of this number of a kind; nothing where it was interrupted.
+    pub(super) fn attempt(&self, kind_at: usize, number: u64) -> anyhow::Result<Option<Outcome>> {
+        let kind = &self.kinds[kind_at];
+        let mut random = numbers(self.seed, kind.name, number);
         let (seed_at, other_at) = (random.below(kind.seeds.len()), random.below(kind.seeds.len()));
         let (seed, other) = (&kind.seeds[seed_at], &kind.seeds[other_at]);
         let mut files = seed.files.clone();
@@ -100,33 +73,60 @@ impl Attacker {
         let part = if others.is_empty() { &[][..] } else { &random.pick(&others).bytes };
         let is_guarded = damage(form, &mut file.bytes, part, &mut random) && seed.is_guarded;
         let call_at = random.below(seed.calls.len());
-        let call = seed.calls[call_at].clone();
-        let (ended, mut verdict) = self.try_on(&files, &call)?;
+        let call = &seed.calls[call_at];
+        let (ended, mut verdict) = self.try_on(&files, call)?;
         if self.stop.load(Ordering::Relaxed) {
             return Ok(None);
         }
-        let sound = &self.sound[at][seed_at][call_at];
-        if verdict == Verdict::Accepted && is_guarded && !sound.is_null() {
-            verdict = silent(&ended, sound).map_or(verdict, Verdict::Failed);
+        let sound = &self.sound[kind_at][seed_at][call_at];
+        if verdict == Ok(true) && is_guarded && !sound.is_null() {
+            verdict = silent(&ended, sound).map_or(verdict, Err);
         }
-        let command = call.name();
-        Ok(Some(Outcome { kind: kind.name, seed: self.seed, number, command, call, files, ended, verdict }))
+        Ok(Some(self.outcome(kind.name, number, call, (&files, &ended), verdict)))
+    }
+
+    fn outcome(
+        &self,
+        kind: &str,
+        number: u64,
+        call: &Call,
+        (files, ended): (&[File], &Ended),
+        verdict: Result<bool, Failure>,
+    ) -> Outcome {
+        let line = format!("cd in && dmp {}\n{:?}\n", call.words.join(" "), ended.end);
+        let inputs = files.iter().map(|file| (format!("in/{}", file.path), file.bytes.clone()));
+        let printed =
+            [("command.txt", line.as_bytes()), ("stdout", &ended.stdout), ("stderr", &ended.stderr)];
+        let printed = printed.map(|(name, bytes)| (name.to_owned(), bytes.to_vec()));
+        let is_failed = verdict.is_err();
+        Outcome {
+            row: format!("{kind} | `dmp {}`", call.name()),
+            counts: vec![1, u64::from(verdict == Ok(true)), u64::from(verdict == Ok(false))],
+            hint: String::from_utf8_lossy(&ended.stderr).lines().last().unwrap_or_default().to_owned(),
+            again: format!(
+                "cargo xtask attack --only '{kind}' --seed {} --first {number} --tries 1",
+                self.seed
+            ),
+            name: format!("{kind}-{}-{number}", self.seed),
+            files: if is_failed { inputs.chain(printed).collect() } else { Vec::new() },
+            failure: verdict.err(),
+        }
     }
 
     /// Runs a command in a new folder with these files, and another on what it wrote.
-    fn try_on(&self, files: &[File], call: &Call) -> anyhow::Result<(Ended, Verdict)> {
+    fn try_on(&self, files: &[File], call: &Call) -> anyhow::Result<(Ended, Result<bool, Failure>)> {
         let place = folder()?;
         let (inputs, temporary) = (place.path().join("in"), place.path().join("tmp"));
         std::fs::create_dir(&temporary)?;
         write(files, &inputs)?;
         let ended = run(&self.dmp, &call.words, &inputs, &temporary, &[])?;
         let mut verdict = judge(call, files, &ended, &inputs, &temporary);
-        if let (Verdict::Accepted, Some(words)) = (&verdict, &call.then) {
+        if let (Ok(true), Some(words)) = (&verdict, &call.then) {
             let read = run(&self.dmp, words, &inputs, &temporary, &[])?;
             if !accepts(call, read.end) || read.end == End::Exit(3) && ended.end == End::Exit(0) {
-                let said = String::from_utf8_lossy(&read.said);
-                let said = said.lines().next().unwrap_or_default();
-                verdict = Verdict::Failed(Failure::NotReadBack(format!("{:?}: {said}", read.end)));
+                let line =
+                    String::from_utf8_lossy(&read.stderr).lines().next().unwrap_or_default().to_owned();
+                verdict = Err(Failure("not read back", format!("{:?}: {line}", read.end)));
             }
         }
         Ok((ended, verdict))

@@ -7,10 +7,10 @@ use anyhow::{bail, ensure};
 
 use super::bench::{Bench, Runner, inputs};
 use super::calls::Tried;
-use super::one::{One, Told};
+use super::one::{One, Steps};
 use super::shim::{Mode, Plan, Shim};
-use super::verdict::{Sound, comparable};
-use crate::trials::{End, Random};
+use super::verdict::{Ending, Sound, comparable};
+use crate::trials::{End, Outcome, numbers};
 
 /// Of so many tries of a command, the last is with kills.
 const KILLS_ONE_IN: u64 = 8;
@@ -51,8 +51,8 @@ impl Breaker {
             let bench = Bench::new(tried)?;
             let plan = Plan { mode, at: u64::MAX, draw: 0 };
             let (ended, log) = self.runner.run(&tried.words, &bench, plan)?;
-            let said = String::from_utf8_lossy(&ended.said);
-            ensure!(ended.end == End::Exit(0), "{}: {:?}: {said}", tried.name, ended.end);
+            let stderr = String::from_utf8_lossy(&ended.stderr);
+            ensure!(ended.end == End::Exit(0), "{}: {:?}: {stderr}", tried.name, ended.end);
             let inputs = inputs(tried);
             let mut outputs = bench.files()?;
             outputs.retain(|path, _| !inputs.contains_key(path));
@@ -60,13 +60,13 @@ impl Breaker {
             if mode == Mode::None {
                 operations = changes;
             }
-            let printed = comparable(&ended.printed);
-            let sound = Sound { printed, outputs, operations, changes, takes_places: true };
+            let stdout = comparable(&ended.stdout);
+            let sound = Sound { stdout, outputs, operations, changes, takes_places: true };
             if let Some(before) = before {
                 for (path, bytes) in &sound.outputs {
                     ensure!(before.outputs.get(path) == Some(bytes), "{}: {path} differs", tried.name);
                 }
-                ensure!(before.printed == sound.printed, "{}: what is printed differs", tried.name);
+                ensure!(before.stdout == sound.stdout, "{}: the printed text differs", tried.name);
             }
             before = Some(sound);
         }
@@ -78,22 +78,21 @@ impl Breaker {
         Ok(sound)
     }
 
-    pub(super) fn calls(&self) -> &[Tried] {
-        &self.calls
+    pub(super) fn calls(&self) -> usize {
+        self.calls.len()
     }
 
-    /// How many operations a command has on a disk that works.
-    pub(super) fn operations(&self, call: usize) -> u64 {
-        self.sound[call].operations
+    /// The rows of the table, and how many operations each command has on a disk that works.
+    pub(super) fn operations(&self) -> impl Iterator<Item = (String, u64)> {
+        self.calls.iter().zip(&self.sound).map(|(tried, sound)| (row(tried.name), sound.operations))
     }
 
     /// The try of this number of a command; nothing where it was interrupted.
-    pub(super) fn attempt(&self, call: usize, number: u64) -> anyhow::Result<Option<Told>> {
+    pub(super) fn attempt(&self, call: usize, number: u64) -> anyhow::Result<Option<Outcome>> {
         let (tried, sound) = (&self.calls[call], &self.sound[call]);
-        let name = tried.name.bytes().fold(0_u64, |hash, byte| hash.wrapping_mul(257) + u64::from(byte));
-        let mut random = Random::of(&[self.seed, name, number]);
+        let mut random = numbers(self.seed, tried.name, number);
         let is_killed = number % KILLS_ONE_IN == KILLS_ONE_IN - 1;
-        let mut told = Told::default();
+        let mut steps = Steps::default();
         let bench = Bench::new(tried)?;
         let had_old = random.once_in(2) && (sound.takes_places || !is_killed);
         if had_old {
@@ -102,14 +101,33 @@ impl Breaker {
         let (runner, ignores_syncs, inputs) = (&self.runner, self.ignores_syncs, inputs(tried));
         let one = One { runner, ignores_syncs, tried, sound, inputs, bench, had_old };
         let result = if is_killed {
-            one.kill(number / KILLS_ONE_IN, &mut random, &mut told)?
+            one.kill(number / KILLS_ONE_IN, &mut random, &mut steps)?
         } else {
-            one.fail(number - number / KILLS_ONE_IN, &mut random, &mut told)?
+            one.fail(number - number / KILLS_ONE_IN, &mut random, &mut steps)?
         };
-        match result {
-            Ok(outcome) => told.outcome = Some(outcome),
-            Err(failure) => told.failure = Some(failure),
-        }
-        Ok((!self.stop.load(Ordering::Relaxed)).then_some(told))
+        let counts = [0, u64::from(steps.injected > 0), steps.kills]
+            .into_iter()
+            .chain([Ending::Same, Ending::Refused].map(|ending| u64::from(result == Ok(ending))));
+        let text = format!("{}\n{}\n", steps.at, steps.lines.join("\n"));
+        let files = [("steps.txt", text.into_bytes()), ("stdout", steps.stdout), ("stderr", steps.stderr)];
+        let outcome = Outcome {
+            row: row(tried.name),
+            counts: counts.collect(),
+            failure: result.err(),
+            hint: steps.at,
+            again: format!(
+                "cargo xtask faults --only '{}' --seed {} --first {number} --tries 1",
+                tried.name, self.seed
+            ),
+            name: format!("{}-{}-{number}", tried.name, self.seed),
+            files: files.map(|(name, bytes)| (name.to_owned(), bytes)).into(),
+        };
+        Ok((!self.stop.load(Ordering::Relaxed)).then_some(outcome))
     }
+}
+
+/// What stands behind a comma says more of the command.
+fn row(name: &str) -> String {
+    name.split_once(", ")
+        .map_or_else(|| format!("`dmp {name}`"), |(command, more)| format!("`dmp {command}`, {more}"))
 }

@@ -76,8 +76,8 @@ impl Runner {
         let place = Place { under: &under, log: &log, keep: &keep };
         let mut ended = run(&self.dmp, words, &under, &bench.root, &self.shim.surroundings(&place, plan))?;
         // Some of what is printed names whole paths.
-        if let (Ok(printed), Some(root)) = (std::str::from_utf8(&ended.printed), bench.root.to_str()) {
-            ended.printed = printed.replace(root, "").into_bytes();
+        if let (Ok(printed), Some(root)) = (std::str::from_utf8(&ended.stdout), bench.root.to_str()) {
+            ended.stdout = printed.replace(root, "").into_bytes();
         }
         Ok((ended, journal::read(&log)?))
     }

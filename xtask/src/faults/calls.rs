@@ -13,49 +13,38 @@ pub(super) struct Tried {
 }
 
 impl Tried {
-    /// The command once more, after it was killed: going on where it keeps what was done.
-    pub(super) fn again(&self) -> Vec<String> {
-        let mut words = self.words.clone();
-        words.extend(self.keeps_work().then(|| "--resume".to_owned()));
-        words
+    /// The command without what another one left for it.
+    pub(super) fn without_kept_work(&self) -> Vec<String> {
+        self.words.iter().filter(|word| !word.starts_with("--resume=0")).cloned().collect()
     }
 
-    /// Whether it leaves what was done for the next one.
+    /// Whether it leaves its work for the next one, which resumes it.
     pub(super) fn keeps_work(&self) -> bool {
-        self.words.iter().any(|word| word == "--checkpoint")
+        self.words.iter().any(|word| word.starts_with("--resume=0"))
     }
 }
 
-/// What the inputs are made of, in order.
-const MADE: [&str; 14] = [
-    "simulate town -o t.mcap --truth t.tum --truth-rate 4 --seed 1 --scans 16 --rate 2 --speed 7 --beams 8 \
-     --elevation=-14,6 --azimuth-steps 48 --max-range 60 --resolution 0.0625",
-    "simulate town -o q.mcap --truth q.tum --truth-rate 2 --seed 1 --scans 40 --rate 1 --speed 15 --beams 4 \
-     --elevation=-14,6 --azimuth-steps 36 --max-range 60 --resolution 0.0625",
+/// What the inputs are made of beside what every [`Shop`] has, in order.
+const MADE: [&str; 7] = [
     // More than fits in the least memory.
     "simulate town -o l.mcap --truth l.tum --truth-rate 4 --seed 2 --scans 60 --rate 2 --speed 7 --beams 16 \
      --azimuth-steps 180 --max-range 60",
     "simulate errors t.tum --drift-ate 1 -o d.tum",
-    "simulate room -o room --size 40x30 --frames 8 --rate 1",
-    "simulate loops q.tum -o loops --spacing 3 --true 1 --false 0 --near 0",
     "convert log t.mcap -o scans --to pcd",
     "convert log t.mcap -o kitti --to bin",
     "convert trajectory t.tum -o t.txt --to euroc",
-    "map build t.mcap -t t.tum -o map.dmpmap",
     "map export map.dmpmap -o cloud.ply",
     "map export map.dmpmap -o cloud.laz",
-    "score t.mcap -t t.tum -t again=d.tum --residuals seen.ply --quiet",
-    "score t.mcap -t t.tum -t d.tum --save-maps given --quiet",
 ];
 
-/// Every command: its name, its inputs (`a/` is a folder), its words.
-const CALLS: [(&str, &str, &str); 28] = [
-    ("score", "t.mcap t.tum d.tum", "score t.mcap -t t.tum -t d.tum --json --checkpoint none"),
+/// Every command: its name, its inputs (see [`Shop::files`]), its words.
+const CALLS: [(&str, &str, &str); 30] = [
+    ("score", "t.mcap t.tum d.tum", "score t.mcap -t t.tum -t d.tum --json --resume=none"),
     (
         "score, every output",
         "t.mcap t.tum d.tum",
-        "score t.mcap -t t.tum -t d.tum --json --checkpoint none --report r.html --scene s.mcap \
-         --residuals o.ply --per-frame f.csv --per-tile g.csv --save-maps maps --fail-above miss=99% --junit j.xml",
+        "score t.mcap -t t.tum -t d.tum --json --resume=none --report r.html --scene s.mcap \
+         --residuals o.ply --per-frame f.csv --per-tile g.csv --expect miss<99% --junit j.xml",
     ),
     (
         "score, LAZ and MCAP out",
@@ -65,27 +54,27 @@ const CALLS: [(&str, &str, &str); 28] = [
     (
         "score, beyond memory",
         "l.mcap l.tum",
-        "score l.mcap -t l.tum --json --checkpoint none --memory 32MiB --residuals o.las",
+        "score l.mcap -t l.tum --json --resume=none --memory 32MiB --residuals o.las",
     ),
-    ("score --resume", "t.mcap t.tum d.tum", "score t.mcap -t t.tum -t d.tum --json --checkpoint 0.001"),
+    ("score --resume", "t.mcap t.tum d.tum", "score t.mcap -t t.tum -t d.tum --json --resume=0.001"),
     (
         "score --resume, beyond memory",
         "l.mcap l.tum",
-        "score l.mcap -t l.tum --json --checkpoint 0.001 --memory 32MiB",
+        "score l.mcap -t l.tum --json --resume=0.001 --memory 32MiB",
     ),
     (
         "score --free-space --resume",
         "t.mcap t.tum d.tum",
-        "score t.mcap -t t.tum -t d.tum --json --checkpoint 0.001 --free-space --save-maps maps",
+        "score t.mcap -t t.tum -t d.tum --json --resume=0.001 --free-space",
     ),
     ("score --quick", "q.mcap q.tum", "score q.mcap -t q.tum --quick=100% --json"),
     ("score --map", "t.mcap t.tum map.dmpmap", "score t.mcap -t t.tum --map map.dmpmap --json"),
     ("score, folder of scans", "scans/ t.tum", "score scans -t t.tum --json"),
     ("score, KITTI", "kitti/ t.tum", "score kitti -t t.tum --json"),
-    ("score, rosbag2", "bag/", "score bag -t topic:/pose --json"),
-    ("info, rosbag2", "bag/", "info bag --json"),
+    ("score, rosbag2", "others/rosbag2/sqlite3/=bag/", "score bag -t topic:/pose --json"),
+    ("info, rosbag2", "others/rosbag2/sqlite3/=bag/", "info bag --json"),
     ("map build", "t.mcap t.tum", "map build t.mcap -t t.tum -o out.dmpmap"),
-    ("map build --resume", "t.mcap t.tum", "map build t.mcap -t t.tum -o out.dmpmap --checkpoint 0.001"),
+    ("map build --resume", "t.mcap t.tum", "map build t.mcap -t t.tum -o out.dmpmap --resume=0.001"),
     ("map build, cloud", "cloud.ply", "map build cloud.ply -o out.dmpmap"),
     ("map export", "map.dmpmap", "map export map.dmpmap -o out.ply"),
     ("map export, LAZ", "map.dmpmap", "map export map.dmpmap -o out.laz"),
@@ -94,7 +83,7 @@ const CALLS: [(&str, &str, &str); 28] = [
     ("convert log, folder", "t.mcap", "convert log t.mcap -o out --to laz"),
     ("convert log, depth images", "room/", "convert log room -o out.mcap"),
     ("convert trajectory", "t.txt", "convert trajectory t.txt -o out.txt --to kitti"),
-    ("compare", "a.json", "compare a.json --report r.html --fail-above miss=99% --junit j.xml"),
+    ("compare", "a.json", "compare a.json --report r.html --expect miss<99% --junit j.xml"),
     (
         "loops",
         "q.mcap loops/",
@@ -108,58 +97,26 @@ const CALLS: [(&str, &str, &str); 28] = [
         "simulate city -o c.mcap --truth c.tum --km 0.05 --beams 4 --azimuth-steps 36 --rate 1",
     ),
     ("simulate room", "", "simulate room -o out --size 40x30 --frames 4 --rate 1"),
-];
-/// With too little to be worth a row of its own each.
-const SMALL: [(&str, &str, &str); 2] = [
     ("simulate errors", "t.tum", "simulate errors t.tum --drift-ate 1 -o out.tum"),
     ("simulate loops", "q.tum", "simulate loops q.tum -o out --spacing 3 --true 1 --false 0 --near 0"),
 ];
 
-pub(super) fn calls(dmp: &Path) -> anyhow::Result<Vec<Tried>> {
+/// The commands that are wanted, with their files.
+pub(super) fn calls(dmp: &Path, wants: impl Fn(&str) -> bool) -> anyhow::Result<Vec<Tried>> {
     let shop = Shop::open(dmp)?;
-    for line in MADE {
-        shop.make(line)?;
-    }
-    let result = shop.make("score t.mcap -t t.tum -t d.tum --json --quiet")?;
-    let files = |names: &str| -> anyhow::Result<Vec<File>> {
-        let mut files = Vec::new();
-        for name in names.split_whitespace() {
-            match name {
-                "a.json" => files.push(File { path: name.into(), bytes: result.clone(), form: None }),
-                "kitti/" => {
-                    files.extend(shop.made_folder("kitti", |_| None)?);
-                    let turned = b"P0: 1 0 0 0 0 1 0 0 0 0 1 0\nTr: 0 -1 0 0.1 0 0 -1 0.2 1 0 0 0.3\n";
-                    files.push(File { path: "kitti/calib.txt".into(), bytes: turned.to_vec(), form: None });
-                }
-                "bag/" => {
-                    for name in shop.names_of_others("rosbag2/sqlite3", "")? {
-                        files.push(shop.of_others(
-                            &format!("rosbag2/sqlite3/{name}"),
-                            &format!("bag/{name}"),
-                            None,
-                        )?);
-                    }
-                }
-                _ => match name.strip_suffix('/') {
-                    Some(folder) => files.extend(shop.made_folder(folder, |_| None)?),
-                    None => files.push(shop.made(name, None)?),
-                },
-            }
-        }
-        Ok(files)
-    };
+    MADE.iter().try_for_each(|line| shop.make(line).map(drop))?;
+    let put = |path: &str, bytes| shop.put(File { path: path.into(), bytes, form: None });
+    put("a.json", shop.make("score t.mcap -t t.tum -t d.tum --json --quiet")?)?;
+    let turned = b"P0: 1 0 0 0 0 1 0 0 0 0 1 0\nTr: 0 -1 0 0.1 0 0 -1 0.2 1 0 0 0.3\n";
+    put("kitti/calib.txt", turned.to_vec())?;
     let tried = |&(name, inputs, line): &(&'static str, &str, &str)| -> anyhow::Result<Tried> {
         let mut words = Call::new(line).words;
-        let has = |option: &str| words.iter().any(|word| word == option);
         let works =
             ["score", "loops"].contains(&words[0].as_str()) || ["build", "smd"].contains(&words[1].as_str());
-        let is_loud = !has("--quiet");
         // One thread: the same operations in the same order each time.
-        words.extend(
-            works.then_some(["--work", "work", "--threads", "1"]).into_iter().flatten().map(str::to_owned),
-        );
-        words.extend(is_loud.then(|| "--quiet".to_owned()));
-        Ok(Tried { name, files: files(inputs)?, words })
+        let more = if works { "--quiet --work work --threads 1" } else { "--quiet" };
+        words.extend(more.split(' ').map(str::to_owned));
+        Ok(Tried { name, files: shop.files(inputs)?, words })
     };
-    CALLS.iter().chain(&SMALL).map(tried).collect()
+    CALLS.iter().filter(|(name, ..)| wants(name)).map(tried).collect()
 }

@@ -163,8 +163,7 @@ mod tests {
     use super::*;
 
     fn operation(name: &str, inode: u64, offset: u64, length: u64, path: &Path) -> Operation {
-        let (path, to) = (path.to_owned(), PathBuf::new());
-        Operation { number: 0, name: name.into(), inode, offset, length, fault: None, path, to, link: None }
+        Operation { name: name.into(), inode, offset, length, path: path.to_owned(), ..Operation::default() }
     }
 
     /// A file that is written, synced or not, and renamed over another.

@@ -5,24 +5,21 @@ use super::calls::Tried;
 use super::crash::{Loss, lose};
 use super::journal::Operation;
 use super::shim::{Mode, Plan};
-use super::verdict::{Failure, Files, Found, Outcome, Sound, comparable, of_process};
-use crate::trials::{End, Ended, Random};
+use super::verdict::{Ending, Files, Found, Sound, comparable, of_process};
+use crate::trials::{End, Ended, Failure, Random};
 
-/// At most so many kills come before the command is let finish.
+/// At most so many kills come before the command may finish.
 const MOST_KILLS: usize = 3;
 
-/// What became of a try.
+/// What was done in a try, for whoever repeats it.
 #[derive(Debug, Default)]
-pub(super) struct Told {
+pub(super) struct Steps {
     /// Operations that were made to fail.
     pub(super) injected: u64,
     pub(super) kills: u64,
-    pub(super) outcome: Option<Outcome>,
-    pub(super) failure: Option<Failure>,
-    /// What was done, for whoever repeats it.
-    pub(super) steps: Vec<String>,
-    pub(super) said: Vec<u8>,
-    pub(super) printed: Vec<u8>,
+    pub(super) lines: Vec<String>,
+    pub(super) stderr: Vec<u8>,
+    pub(super) stdout: Vec<u8>,
     /// The first operation that failed: its name and path.
     pub(super) at: String,
 }
@@ -44,29 +41,29 @@ impl One<'_> {
         &self,
         k: u64,
         random: &mut Random,
-        told: &mut Told,
-    ) -> anyhow::Result<Result<Outcome, Failure>> {
+        steps: &mut Steps,
+    ) -> anyhow::Result<Result<Ending, Failure>> {
         let mode = match random.below(8) {
             0 => Mode::Full,
             1 => Mode::Broken,
             _ => Mode::Once,
         };
         let plan = Plan { mode, at: spread(k, self.sound.operations), draw: random.next() % 60 };
-        let (ended, log) = self.run(&self.tried.words, plan, told)?;
+        let (ended, log) = self.run(&self.tried.words, plan, steps)?;
         let injected: Vec<Operation> =
             log.into_iter().filter(|operation| operation.fault.is_some()).collect();
-        told.injected = injected.len() as u64;
+        steps.injected = injected.len() as u64;
         if let Some(Operation { name, path, fault, .. }) = injected.first() {
-            told.at = format!(
+            steps.at = format!(
                 "{name} {} {fault:?}",
                 path.strip_prefix(self.bench.under()).unwrap_or(path).display()
             );
         }
         let is_place_taken = self.had_old && !self.sound.takes_places;
-        let outcome = match of_process(&ended, self.sound, &injected, &self.bench.under(), self.may_tell()) {
+        let outcome = match of_process(&ended, self.sound, &injected, &self.bench.under(), self.may_print()) {
             // It is there already.
-            Err(Failure::Code(2) | Failure::NoFault(_) | Failure::NoReason(_)) if is_place_taken => {
-                Outcome::Refused
+            Err(Failure("exit code" | "refused without need" | "no reason given", _)) if is_place_taken => {
+                Ending::Refused
             }
             Ok(outcome) => outcome,
             Err(failure) => return Ok(Err(failure)),
@@ -77,26 +74,26 @@ impl One<'_> {
             mode == Mode::Broken || injected.iter().any(|operation| looks.contains(&operation.name.as_str()));
         let is_kept = |path: &str| {
             could_not_remove
-                || self.tried.keeps_work() && outcome == Outcome::Refused && path.starts_with("work/")
+                || self.tried.keeps_work() && outcome == Ending::Refused && path.starts_with("work/")
         };
         let files = self.bench.files()?;
         let found = self.found(&files);
         let checked = found
             .names()
             .and_then(|()| found.nothing_left(is_kept))
-            .and_then(|()| if outcome == Outcome::Same { found.outputs() } else { Ok(()) });
+            .and_then(|()| if outcome == Ending::Same { found.outputs() } else { Ok(()) });
         if let Err(failure) = checked {
             return Ok(Err(failure));
         }
         if is_place_taken {
-            let was_taken = Failure::OldGone("a place that was taken".into());
-            return Ok(if outcome == Outcome::Same { Err(was_taken) } else { Ok(outcome) });
+            let was_taken = Failure("old output gone", "a place that was taken".into());
+            return Ok(if outcome == Ending::Same { Err(was_taken) } else { Ok(outcome) });
         }
         let is_clean = found.nothing_left(|_| false).is_ok();
         if is_clean && !random.once_in(4) {
             return Ok(Ok(outcome));
         }
-        Ok(self.finish(told)?.map(|_| outcome))
+        Ok(self.finish(steps)?.map(|_| outcome))
     }
 
     /// Kills, each with what it loses, and then a disk that works.
@@ -104,8 +101,8 @@ impl One<'_> {
         &self,
         k: u64,
         random: &mut Random,
-        told: &mut Told,
-    ) -> anyhow::Result<Result<Outcome, Failure>> {
+        steps: &mut Steps,
+    ) -> anyhow::Result<Result<Ending, Failure>> {
         for kill in 0..=random.below(MOST_KILLS) {
             let at = if kill == 0 {
                 spread(k, self.sound.changes)
@@ -113,12 +110,12 @@ impl One<'_> {
                 1 + random.next() % self.sound.changes.max(1)
             };
             let plan = Plan { mode: Mode::Kill, at, draw: random.next() % 60 };
-            let words = if kill == 0 { self.tried.words.clone() } else { self.tried.again() };
-            let (ended, mut log) = self.run(&words, plan, told)?;
+            let words = &self.tried.words;
+            let (ended, mut log) = self.run(words, plan, steps)?;
             log.retain(|operation| !self.ignores_syncs || operation.name != "sync");
             match ended.end {
-                End::Signal(9) => told.kills += 1,
-                // It had less to do, or what it makes is there already; what follows tells whether it is whole.
+                End::Signal(9) => steps.kills += 1,
+                // It had less to do, or its output is there already; the next run shows whether it is whole.
                 End::Exit(0..=2) => {}
                 _ => {
                     let failure = of_process(&ended, self.sound, &[], &self.bench.under(), false);
@@ -127,9 +124,9 @@ impl One<'_> {
             }
             let loss = *random.pick(&Loss::ALL);
             if ended.end == End::Signal(9) {
-                told.steps.push(format!("lost: {loss:?}"));
+                steps.lines.push(format!("lost: {loss:?}"));
                 lose(loss, &log, &self.bench.under(), random)?;
-                told.at =
+                steps.at =
                     log.last().map_or_else(String::new, |operation| format!("kill after {}", operation.name));
             }
             let files = self.bench.files()?;
@@ -137,41 +134,42 @@ impl One<'_> {
                 return Ok(Err(failure));
             }
         }
-        self.finish(told)
+        self.finish(steps)
     }
 
     /// On a disk that works, the command ends with the same bits, and nothing is left; or it refuses with a line what was
-    /// kept, and does so without.
-    fn finish(&self, told: &mut Told) -> anyhow::Result<Result<Outcome, Failure>> {
-        let mut outcome = Outcome::Same;
-        for words in [self.tried.again(), self.tried.words.clone()] {
-            let (ended, _) = self.run(&words, Plan::NOTHING, told)?;
+    /// kept, and ends so without.
+    fn finish(&self, steps: &mut Steps) -> anyhow::Result<Result<Ending, Failure>> {
+        let mut outcome = Ending::Same;
+        for words in [self.tried.words.clone(), self.tried.without_kept_work()] {
+            let (ended, _) = self.run(&words, Plan::NOTHING, steps)?;
             let files = self.bench.files()?;
             let found = self.found(&files);
             if let Err(failure) = found.names() {
                 return Ok(Err(failure));
             }
-            let said = String::from_utf8_lossy(&ended.said);
-            let first = said.lines().next().unwrap_or_default().to_owned();
+            let stderr = String::from_utf8_lossy(&ended.stderr);
+            let first = stderr.lines().next().unwrap_or_default().to_owned();
             match ended.end {
-                End::Exit(0) if comparable(&ended.printed) == self.sound.printed => {
+                End::Exit(0) if comparable(&ended.stdout) == self.sound.stdout => {
                     let checked = found.outputs().and_then(|()| found.nothing_left(|_| false));
                     return Ok(checked.map(|()| outcome));
                 }
-                End::Exit(0) => return Ok(Err(Failure::OtherBits)),
+                End::Exit(0) => return Ok(Err(Failure::new("other bits"))),
                 // What is there already, and whole.
                 End::Exit(1 | 2) if first.contains("already") && found.outputs().is_ok() => {
-                    return Ok(found.nothing_left(|_| false).map(|()| Outcome::Refused));
+                    return Ok(found.nothing_left(|_| false).map(|()| Ending::Refused));
                 }
-                End::Exit(1) if !first.is_empty() => outcome = Outcome::Refused,
-                _ => return Ok(Err(Failure::NotAgain(format!("{:?}: {first}", ended.end)))),
+                End::Exit(1) if !first.is_empty() => outcome = Ending::Refused,
+                _ => return Ok(Err(Failure("not resumed", format!("{:?}: {first}", ended.end)))),
             }
-            told.steps.push(first);
+            steps.lines.push(first);
         }
-        Ok(Err(Failure::NotAgain(told.steps.last().cloned().unwrap_or_default())))
+        Ok(Err(Failure("not resumed", steps.lines.last().cloned().unwrap_or_default())))
     }
 
-    fn may_tell(&self) -> bool {
+    /// `dmp info` may print what is wrong with its input.
+    fn may_print(&self) -> bool {
         self.tried.words[0] == "info"
     }
 
@@ -179,12 +177,17 @@ impl One<'_> {
         Found { files, inputs: &self.inputs, sound: self.sound, had_old: self.had_old }
     }
 
-    fn run(&self, words: &[String], plan: Plan, told: &mut Told) -> anyhow::Result<(Ended, Vec<Operation>)> {
+    fn run(
+        &self,
+        words: &[String],
+        plan: Plan,
+        steps: &mut Steps,
+    ) -> anyhow::Result<(Ended, Vec<Operation>)> {
         let (ended, log) = self.runner.run(words, &self.bench, plan)?;
         let Plan { mode, at, draw } = plan;
-        told.said.clone_from(&ended.said);
-        told.printed.clone_from(&ended.printed);
-        told.steps.push(format!("{mode:?} at {at}, {draw}: dmp {}: {:?}", words.join(" "), ended.end));
+        steps.stderr.clone_from(&ended.stderr);
+        steps.stdout.clone_from(&ended.stdout);
+        steps.lines.push(format!("{mode:?} at {at}, {draw}: dmp {}: {:?}", words.join(" "), ended.end));
         Ok((ended, log))
     }
 }

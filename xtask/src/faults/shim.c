@@ -140,7 +140,7 @@ static const char *kept_link(const char *path, char *out) {
     return syscall(SYS_linkat, AT_FDCWD, path, AT_FDCWD, out, 0) ? NULL : out;
 }
 
-/* An operation on a path or an open file: its turn begins, and its fate is told; `done` ends it. */
+/* An operation on a path or an open file: its turn begins, and its fate is drawn; `END` ends it. */
 #define BEGIN(what, folder, path) \
     char place[3 * PATH_MAX]; \
     int ours = place_of(folder, path, place), saved = 0, fault = 0; \
@@ -328,7 +328,7 @@ DIR *opendir(const char *path) {
 struct dirent64 *readdir64(DIR *folder) {
     struct dirent64 *(*real)(DIR *) = (struct dirent64 * (*)(DIR *)) dlsym(RTLD_NEXT, "readdir64");
     struct dirent64 *found = NULL;
-    /* The end is told by errno, which is to stay as it is. */
+    /* The end shows in errno, which is to stay as it is. */
     int before = errno;
     BEGIN(&NEXT, dirfd(folder), "")
     errno = before;

@@ -118,12 +118,15 @@ mod tests {
             command.args(["-c", "3", "a"]).current_dir(&under).envs(shim.surroundings(&place, plan));
             (command.output().unwrap(), std::fs::read_to_string(&log).unwrap())
         };
-        let (output, told) = head(Plan::NOTHING);
-        assert!(output.status.success() && told.contains("\tread\t") && told.contains("/in/a\t"), "{told}");
-        let reads = told.lines().find(|line| line.contains("\tread\t")).unwrap();
+        let (output, lines) = head(Plan::NOTHING);
+        assert!(
+            output.status.success() && lines.contains("\tread\t") && lines.contains("/in/a\t"),
+            "{lines}"
+        );
+        let reads = lines.lines().find(|line| line.contains("\tread\t")).unwrap();
         let at = reads.split('\t').next().unwrap().parse().unwrap();
-        let (output, told) = head(Plan { mode: Mode::Once, at, draw: 0 });
-        assert!(!output.status.success() && told.contains("\t5\t"), "{told}");
+        let (output, lines) = head(Plan { mode: Mode::Once, at, draw: 0 });
+        assert!(!output.status.success() && lines.contains("\t5\t"), "{lines}");
         assert!(String::from_utf8_lossy(&output.stderr).contains("Input/output error"));
     }
 }

@@ -2,81 +2,19 @@
 
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
-use std::fmt;
 use std::path::{Component, Path};
 
 use serde_json::Value;
 
 use super::journal::{Fault, Operation};
-use crate::trials::{End, Ended};
+use crate::trials::{End, Ended, Failure};
 
 /// What stood in place of an output before.
 pub(super) const OLD: &[u8] = b"what was there before\n";
 
-/// What no failing disk may lead to.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) enum Failure {
-    Signal(i32),
-    Panic,
-    Code(i32),
-    Hang,
-    Memory,
-    /// A refusal without a reason.
-    Mute,
-    /// A refusal that does not say what the system said.
-    NoReason(String),
-    /// A refusal that does not say which file.
-    NoFile(String),
-    /// A refusal of what is none: a call that was interrupted, or did half.
-    NoFault(String),
-    InputChanged(String),
-    /// Under an output's name stands neither what was there nor all of what was to come.
-    Half(String),
-    /// With exit code 0, an output that is missing.
-    Missing(String),
-    /// What was there before is gone, and nothing came in its place.
-    OldGone(String),
-    /// With exit code 0, something else was printed.
-    OtherBits,
-    /// A file that nobody asked for.
-    Left(String),
-    /// The command does not work any more once the disk does.
-    NotAgain(String),
-}
-
-impl fmt::Display for Failure {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Signal(signal) => write!(f, "signal {signal}"),
-            Self::Panic => f.write_str("panic"),
-            Self::Code(code) => write!(f, "exit code {code}"),
-            Self::Hang => f.write_str("hang"),
-            Self::Memory => f.write_str("memory"),
-            Self::Mute => f.write_str("mute refusal"),
-            Self::NoReason(said) => write!(f, "no reason told: {said}"),
-            Self::NoFile(said) => write!(f, "no file told: {said}"),
-            Self::NoFault(said) => write!(f, "refused without need: {said}"),
-            Self::InputChanged(path) => write!(f, "input changed: {path}"),
-            Self::Half(path) => write!(f, "half written: {path}"),
-            Self::Missing(path) => write!(f, "nothing written: {path}"),
-            Self::OldGone(path) => write!(f, "old output gone: {path}"),
-            Self::OtherBits => f.write_str("other bits"),
-            Self::Left(path) => write!(f, "file left: {path}"),
-            Self::NotAgain(said) => write!(f, "not gone on: {said}"),
-        }
-    }
-}
-
-impl Failure {
-    /// Without its details, for the table.
-    pub(super) fn kind(&self) -> String {
-        self.to_string().split(": ").next().unwrap_or_default().to_owned()
-    }
-}
-
-/// How a command ends that is as it should be.
+/// How a command may end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Outcome {
+pub(super) enum Ending {
     /// Exit code 0, and what it made is what it makes on a disk that works.
     Same,
     /// Exit code 1, or 3, and a line that says why.
@@ -89,7 +27,7 @@ pub(super) type Files = BTreeMap<String, Vec<u8>>;
 /// What a command makes on a disk that works.
 #[derive(Debug, Default)]
 pub(super) struct Sound {
-    pub(super) printed: Vec<u8>,
+    pub(super) stdout: Vec<u8>,
     pub(super) outputs: Files,
     /// How many operations there are, and how many of them change something.
     pub(super) operations: u64,
@@ -108,47 +46,45 @@ pub(super) fn comparable(printed: &[u8]) -> Vec<u8> {
     value.to_string().into_bytes()
 }
 
-/// Judges the process by itself. `may_tell`: a command that tells what is wrong with its input in what it prints.
+/// Judges the process by itself. `may_print`: a command that prints what is wrong with its input.
 pub(super) fn of_process(
     ended: &Ended,
     sound: &Sound,
     injected: &[Operation],
     under: &Path,
-    may_tell: bool,
-) -> Result<Outcome, Failure> {
-    let said = String::from_utf8_lossy(&ended.said);
-    let first = || said.lines().find(|line| line.starts_with("error")).unwrap_or(&said).trim().to_owned();
-    match ended.end {
-        End::Signal(signal) => return Err(Failure::Signal(signal)),
-        End::TooLong => return Err(Failure::Hang),
-        End::TooLarge => return Err(Failure::Memory),
-        End::Exit(101) => return Err(Failure::Panic),
-        _ if said.contains("panicked at") => return Err(Failure::Panic),
-        End::Exit(0) if comparable(&ended.printed) == sound.printed => return Ok(Outcome::Same),
-        End::Exit(0 | 3) if may_tell && is_told(&String::from_utf8_lossy(&ended.printed), injected) => {
-            return Ok(Outcome::Refused);
-        }
-        End::Exit(0) => return Err(Failure::OtherBits),
-        End::Exit(1 | 3) => {}
-        End::Exit(code) => return Err(Failure::Code(code)),
+    may_print: bool,
+) -> Result<Ending, Failure> {
+    if let Some(failure) = Failure::of_process(ended) {
+        return Err(failure);
     }
-    if said.trim().is_empty() {
-        return Err(Failure::Mute);
+    let stderr = String::from_utf8_lossy(&ended.stderr);
+    let first = || stderr.lines().find(|line| line.starts_with("error")).unwrap_or(&stderr).trim().to_owned();
+    match ended.end {
+        End::Exit(0) if comparable(&ended.stdout) == sound.stdout => return Ok(Ending::Same),
+        End::Exit(0 | 3) if may_print && has_reason(&String::from_utf8_lossy(&ended.stdout), injected) => {
+            return Ok(Ending::Refused);
+        }
+        End::Exit(0) => return Err(Failure::new("other bits")),
+        End::Exit(code) if ![1, 3].contains(&code) => return Err(Failure("exit code", code.to_string())),
+        _ => {}
+    }
+    if stderr.trim().is_empty() {
+        return Err(Failure::new("refusal without a line"));
     }
     if !injected.iter().any(|operation| operation.fault.and_then(Fault::reason).is_some()) {
-        return Err(Failure::NoFault(first()));
+        return Err(Failure("refused without need", first()));
     }
-    if !is_told(&said, injected) {
-        return Err(Failure::NoReason(first()));
+    if !has_reason(&stderr, injected) {
+        return Err(Failure("no reason given", first()));
     }
-    if !injected.iter().any(|operation| is_named(operation, under, &said)) {
-        return Err(Failure::NoFile(first()));
+    if !injected.iter().any(|operation| is_named(operation, under, &stderr)) {
+        return Err(Failure("no file named", first()));
     }
-    Ok(Outcome::Refused)
+    Ok(Ending::Refused)
 }
 
-/// Whether a text says what the system said.
-fn is_told(text: &str, injected: &[Operation]) -> bool {
+/// Whether a text has the system's reason.
+fn has_reason(text: &str, injected: &[Operation]) -> bool {
     // `SQLite` has its own words.
     let of_library = ["disk I/O error", "unable to open database file", "database disk image is malformed"];
     let mut reasons = injected.iter().filter_map(|operation| operation.fault.and_then(Fault::reason));
@@ -156,7 +92,7 @@ fn is_told(text: &str, injected: &[Operation]) -> bool {
 }
 
 /// Whether a text names the file of an operation, its target where it is in the making, or a folder that it is in.
-fn is_named(operation: &Operation, under: &Path, said: &str) -> bool {
+fn is_named(operation: &Operation, under: &Path, text: &str) -> bool {
     let Ok(below) = operation.path.strip_prefix(under) else { return true };
     let parts: Vec<&OsStr> = below
         .components()
@@ -169,7 +105,7 @@ fn is_named(operation: &Operation, under: &Path, said: &str) -> bool {
             let target = part.strip_prefix('.').and_then(|rest| rest.strip_suffix(".dmp-tmp"));
             let target = target.and_then(|rest| rest.rsplit_once('.')).map(|(target, _)| target);
             // In the folder `.dmp-map-out.dmpmap` the map `out.dmpmap` is made.
-            said.contains(target.or_else(|| part.strip_prefix(".dmp-map-")).unwrap_or(&part))
+            text.contains(target.or_else(|| part.strip_prefix(".dmp-map-")).unwrap_or(&part))
         })
         // What has no name yet is in its folder.
         || parts.len() == 1 && parts[0].to_string_lossy().starts_with('#')
@@ -190,7 +126,7 @@ impl Found<'_> {
     pub(super) fn names(&self) -> Result<(), Failure> {
         for (path, bytes) in self.inputs {
             if self.files.get(path) != Some(bytes) {
-                return Err(Failure::InputChanged(path.clone()));
+                return Err(Failure("input changed", path.clone()));
             }
         }
         for (path, bytes) in &self.sound.outputs {
@@ -198,8 +134,8 @@ impl Found<'_> {
             match self.files.get(path) {
                 Some(found) if found == bytes || may_be_old && found == OLD => {}
                 None if !may_be_old => {}
-                None => return Err(Failure::OldGone(path.clone())),
-                Some(_) => return Err(Failure::Half(path.clone())),
+                None => return Err(Failure("old output gone", path.clone())),
+                Some(_) => return Err(Failure("half written", path.clone())),
             }
         }
         Ok(())
@@ -208,14 +144,14 @@ impl Found<'_> {
     /// That every output is there.
     pub(super) fn outputs(&self) -> Result<(), Failure> {
         let missing = self.sound.outputs.iter().find(|(path, bytes)| self.files.get(*path) != Some(*bytes));
-        missing.map_or(Ok(()), |(path, _)| Err(Failure::Missing(path.clone())))
+        missing.map_or(Ok(()), |(path, _)| Err(Failure("nothing written", path.clone())))
     }
 
     /// That nothing else is there, but what may be left.
     pub(super) fn nothing_left(&self, may_be_left: impl Fn(&str) -> bool) -> Result<(), Failure> {
         let is_known = |path: &str| self.inputs.contains_key(path) || self.sound.outputs.contains_key(path);
         let left = self.files.keys().find(|path| !is_known(path) && !may_be_left(path));
-        left.map_or(Ok(()), |path| Err(Failure::Left(path.clone())))
+        left.map_or(Ok(()), |path| Err(Failure("file left", path.clone())))
     }
 }
 
@@ -227,41 +163,35 @@ pub(super) fn may_be_old(output: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use std::path::PathBuf;
-    use std::time::Duration;
 
     use super::*;
 
-    fn injected(fault: Fault) -> Vec<Operation> {
-        let (path, to) = (PathBuf::from("/in/.out.ply.Ab3xYz.dmp-tmp"), PathBuf::new());
-        let fault = Some(fault);
-        vec![Operation {
-            number: 1,
-            name: "write".into(),
-            inode: 1,
-            offset: 0,
-            length: 0,
-            fault,
-            path,
-            to,
-            link: None,
-        }]
-    }
-
     #[test]
     fn a_refusal_names_the_file_and_the_reason() {
-        let of = |code, said: &str, fault| {
-            let ended =
-                Ended { end: End::Exit(code), printed: vec![], said: said.into(), taken: Duration::ZERO };
-            of_process(&ended, &Sound::default(), &injected(fault), Path::new("/in"), false)
+        let of = |code, stderr: &str, fault| {
+            let operation = Operation {
+                number: 1,
+                name: "write".into(),
+                path: PathBuf::from("/in/.out.ply.Ab3xYz.dmp-tmp"),
+                fault: Some(fault),
+                ..Operation::default()
+            };
+            let ended = Ended { end: End::Exit(code), stdout: vec![], stderr: stderr.into() };
+            let judged = of_process(&ended, &Sound::default(), &[operation], Path::new("/in"), false);
+            judged.map_err(|failure| failure.0)
         };
         let full = Fault::Error(28);
-        assert_eq!(of(0, "", full), Ok(Outcome::Same));
-        assert_eq!(of(1, "error: out.ply: No space left on device", full), Ok(Outcome::Refused));
-        assert!(matches!(of(1, "error: out.ply: cannot", full), Err(Failure::NoReason(_))));
-        assert!(matches!(of(1, "error: No space left on device", full), Err(Failure::NoFile(_))));
-        assert!(matches!(of(1, "error: out.ply: short", Fault::Half), Err(Failure::NoFault(_))));
-        assert_eq!(of(1, "", full), Err(Failure::Mute));
-        assert_eq!(of(101, "", full), Err(Failure::Panic));
+        for (code, stderr, fault, expected) in [
+            (0, "", full, Ok(Ending::Same)),
+            (1, "error: out.ply: No space left on device", full, Ok(Ending::Refused)),
+            (1, "error: out.ply: cannot", full, Err("no reason given")),
+            (1, "error: No space left on device", full, Err("no file named")),
+            (1, "error: out.ply: short", Fault::Half, Err("refused without need")),
+            (1, "", full, Err("refusal without a line")),
+            (101, "", full, Err("panic")),
+        ] {
+            assert_eq!(of(code, stderr, fault), expected, "{stderr}");
+        }
     }
 
     #[test]
@@ -271,14 +201,17 @@ mod tests {
         };
         let inputs = files(&[("a", b"1")]);
         let sound = Sound { outputs: files(&[("o", b"new")]), ..Sound::default() };
-        let names = |found: &[(&str, &[u8])], had_old| {
-            Found { files: &files(found), inputs: &inputs, sound: &sound, had_old }.names()
-        };
-        assert_eq!(names(&[("a", b"1"), ("o", b"new")], true), Ok(()));
-        assert_eq!(names(&[("a", b"1"), ("o", OLD)], true), Ok(()));
-        assert_eq!(names(&[("a", b"1")], false), Ok(()));
-        assert_eq!(names(&[("a", b"1")], true), Err(Failure::OldGone("o".into())));
-        assert_eq!(names(&[("a", b"1"), ("o", b"ne")], true), Err(Failure::Half("o".into())));
-        assert_eq!(names(&[("a", b"2")], false), Err(Failure::InputChanged("a".into())));
+        for (found, had_old, expected) in [
+            (&[("a", &b"1"[..]), ("o", b"new")][..], true, None),
+            (&[("a", b"1"), ("o", OLD)], true, None),
+            (&[("a", b"1")], false, None),
+            (&[("a", b"1")], true, Some("old output gone")),
+            (&[("a", b"1"), ("o", b"ne")], true, Some("half written")),
+            (&[("a", b"2")], false, Some("input changed")),
+        ] {
+            let found = files(found);
+            let found = Found { files: &found, inputs: &inputs, sound: &sound, had_old };
+            assert_eq!(found.names().err().map(|failure| failure.0), expected);
+        }
     }
 }

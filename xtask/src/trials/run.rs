@@ -19,7 +19,7 @@ const MOST_ADDRESS_BYTES: u64 = 16 << 30;
 /// What a command writes into one file; beyond it the system ends it with [`TOO_LONG_A_FILE`].
 const MOST_FILE_BYTES: u64 = 1 << 30;
 pub(crate) const TOO_LONG_A_FILE: i32 = 25;
-/// More of what a command prints is not looked at.
+/// More of what a command prints is not read.
 const MOST_PRINTED_BYTES: u64 = 16 << 20;
 
 /// How a command ended.
@@ -33,13 +33,12 @@ pub(crate) enum End {
     TooLarge,
 }
 
-/// What became of a command.
+/// How a command ended, and what it printed.
 #[derive(Debug)]
 pub(crate) struct Ended {
     pub(crate) end: End,
-    pub(crate) printed: Vec<u8>,
-    pub(crate) said: Vec<u8>,
-    pub(crate) taken: Duration,
+    pub(crate) stdout: Vec<u8>,
+    pub(crate) stderr: Vec<u8>,
 }
 
 /// Runs `dmp` in a folder; its temporary files belong below `temporary`. `surroundings` are variables of its environment.
@@ -50,16 +49,15 @@ pub(crate) fn run(
     temporary: &Path,
     surroundings: &[(&str, OsString)],
 ) -> anyhow::Result<Ended> {
-    let (mut printed, mut said) = (tempfile::tempfile_in(temporary)?, tempfile::tempfile_in(temporary)?);
+    let (mut stdout, mut stderr) = (tempfile::tempfile_in(temporary)?, tempfile::tempfile_in(temporary)?);
     let mut command = Command::new(dmp);
     command.args(words).current_dir(folder).env("TMPDIR", temporary).stdin(Stdio::null());
     command.envs(surroundings.iter().map(|(name, value)| (name, value)));
-    command.stdout(printed.try_clone()?).stderr(said.try_clone()?);
+    command.stdout(stdout.try_clone()?).stderr(stderr.try_clone()?);
     let start = Instant::now();
     let mut child = command.spawn().with_context(|| format!("{}: cannot start", dmp.display()))?;
     let end = watch(&mut child, start)?;
-    let taken = start.elapsed();
-    Ok(Ended { end, printed: all_of(&mut printed)?, said: all_of(&mut said)?, taken })
+    Ok(Ended { end, stdout: all_of(&mut stdout)?, stderr: all_of(&mut stderr)? })
 }
 
 fn watch(child: &mut Child, start: Instant) -> anyhow::Result<End> {
@@ -71,7 +69,7 @@ fn watch(child: &mut Child, start: Instant) -> anyhow::Result<End> {
     }
     let mut pause = Duration::from_micros(500);
     let too_much = loop {
-        // The most it ever held, which is told until it has ended.
+        // The most it ever held, known until it has ended.
         if held(child) > MOST_RESIDENT_BYTES {
             break End::TooLarge;
         }
@@ -90,18 +88,18 @@ fn watch(child: &mut Child, start: Instant) -> anyhow::Result<End> {
     Ok(too_much)
 }
 
-/// The largest resident memory of a process so far, bytes; 0 where that is not told.
+/// The largest resident memory of a process so far, bytes; 0 where the system does not say.
 fn held(child: &Child) -> u64 {
     let status = |of: &str| fs::read_to_string(format!("/proc/{of}/status")).unwrap_or_default();
-    let told = status(&child.id().to_string());
+    let child = status(&child.id().to_string());
     let field = |text: &str, name: &str| -> Option<String> {
         Some(text.lines().find_map(|line| line.strip_prefix(name))?.split_whitespace().next()?.to_owned())
     };
     // Before the command begins, its process is this one's double, with as much memory.
-    if field(&told, "Name:") == field(&status("self"), "Name:") {
+    if field(&child, "Name:") == field(&status("self"), "Name:") {
         return 0;
     }
-    field(&told, "VmHWM:").and_then(|kib| kib.parse::<u64>().ok()).unwrap_or(0) * 1024
+    field(&child, "VmHWM:").and_then(|kib| kib.parse::<u64>().ok()).unwrap_or(0) * 1024
 }
 
 fn all_of(file: &mut File) -> std::io::Result<Vec<u8>> {
@@ -121,9 +119,9 @@ mod tests {
     }
 
     #[test]
-    fn ends_are_told_apart() {
+    fn ends_differ() {
         let ended = sh("echo out; echo err >&2; exit 3");
-        assert_eq!((ended.end, ended.printed, ended.said), (End::Exit(3), b"out\n".into(), b"err\n".into()));
+        assert_eq!((ended.end, ended.stdout, ended.stderr), (End::Exit(3), b"out\n".into(), b"err\n".into()));
         assert_eq!(sh("kill -6 $$").end, End::Signal(6));
     }
 }

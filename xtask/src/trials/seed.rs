@@ -1,31 +1,14 @@
-//! What is attacked: a few small files that are well, and the commands that read them.
+//! Files that belong together, and commands that read them.
 
-/// How a file is built, which tells how it is damaged.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Form {
-    /// Nothing is known of it.
-    Bytes,
-    /// Words in lines.
-    Text,
-    Json,
-    Mcap,
-    /// rosbag2 in `SQLite`.
-    Sqlite,
-    /// A head in text, bytes behind it: PCD, PLY, npy.
-    Headed,
-    Las,
-    Png,
-    /// A map of our own.
-    Store,
-}
+use super::Form;
 
-/// A file of a seed.
+/// A file of a try.
 #[derive(Debug, Clone)]
 pub(crate) struct File {
     /// Its place below the folder of a try, with `/`.
     pub(crate) path: String,
     pub(crate) bytes: Vec<u8>,
-    /// How it is damaged; files without it are left as they are.
+    /// How it is damaged; files without it stay as they are.
     pub(crate) form: Option<Form>,
 }
 
@@ -33,23 +16,23 @@ pub(crate) struct File {
 #[derive(Debug, Clone)]
 pub(crate) struct Call {
     pub(crate) words: Vec<String>,
-    /// Files and folders that it writes; all of them or none.
-    pub(crate) outputs: Vec<String>,
-    /// A command that must read what was written.
+    /// What it writes; all of it or nothing.
+    pub(crate) output: Option<String>,
+    /// A command that must read the output.
     pub(crate) then: Option<Vec<String>>,
 }
 
 impl Call {
-    /// A command, told as in a shell without quotes. What follows `-o` is what it writes.
+    /// A command, as in a shell without quotes. Behind ` => ` is a command that must read its output, or, after `writes`, an
+    /// output that no `-o` names.
     pub(crate) fn new(line: &str) -> Self {
-        let words: Vec<String> = line.split_whitespace().map(str::to_owned).collect();
-        let output = words.iter().position(|word| word == "-o").and_then(|at| words.get(at + 1));
-        Self { outputs: output.cloned().into_iter().collect(), words, then: None }
-    }
-
-    pub(crate) fn then(mut self, line: &str) -> Self {
-        self.then = Some(line.split_whitespace().map(str::to_owned).collect());
-        self
+        let (line, behind) = line.split_once(" => ").map_or((line, None), |(line, then)| (line, Some(then)));
+        let split = |line: &str| line.split_whitespace().map(str::to_owned).collect::<Vec<_>>();
+        let words = split(line);
+        let named = words.iter().position(|word| word == "-o").and_then(|at| words.get(at + 1)).cloned();
+        let written = behind.and_then(|behind| behind.strip_prefix("writes "));
+        let then = behind.filter(|_| written.is_none()).map(split);
+        Self { output: written.map(str::to_owned).or(named), words, then }
     }
 
     pub(crate) fn is_json(&self) -> bool {
@@ -58,40 +41,16 @@ impl Call {
 
     /// Its name in the table: words and options without what is theirs alone.
     pub(crate) fn name(&self) -> String {
-        let told = ["--json", "--quick", "--sample", "--map", "--like", "--made-with", "--between", "--log"];
+        let named =
+            ["--json", "--quick=100%", "--sample", "--map", "--like", "--made-with", "--between", "--log"];
         // Of some commands the second word is theirs too.
         let of_two = ["map", "convert", "truth", "simulate"];
-        let words = self.words.iter().map(String::as_str);
         let own = 1 + usize::from(of_two.contains(&self.words[0].as_str()));
-        let options = words.clone().skip(own).filter(|word| told.contains(word));
+        let words = self.words.iter().map(|word| word.as_str());
+        let options = words.clone().skip(own).filter(|word| named.contains(word));
         let name: Vec<&str> = words.take(own).chain(options).collect();
         name.join(" ")
     }
-}
-
-/// Files that belong together, and what reads them.
-#[derive(Debug, Clone)]
-pub(crate) struct Seed {
-    pub(crate) files: Vec<File>,
-    pub(crate) calls: Vec<Call>,
-    /// Checksums guard what the scores are made of: a byte that is wrong changes no score without a word.
-    pub(crate) is_guarded: bool,
-}
-
-/// A seed of some files and commands, without checksums.
-pub(crate) fn seed(files: Vec<File>, calls: &[&str]) -> Seed {
-    let call = |line: &&str| match line.split_once(" => ") {
-        Some((line, then)) => Call::new(line).then(then),
-        None => Call::new(line),
-    };
-    Seed { files, calls: calls.iter().map(call).collect(), is_guarded: false }
-}
-
-/// A kind of input: a row of the table for each of its commands.
-#[derive(Debug)]
-pub(crate) struct Kind {
-    pub(crate) name: &'static str,
-    pub(crate) seeds: Vec<Seed>,
 }
 
 #[cfg(test)]
@@ -100,13 +59,11 @@ mod tests {
 
     #[test]
     fn commands_are_called_by_what_they_do() {
-        let call = Call::new("map build a.mcap -t a.tum -o out.dmpmap");
-        assert_eq!(
-            (call.name().as_str(), call.outputs.as_slice()),
-            ("map build", &["out.dmpmap".to_owned()][..])
-        );
-        let call = Call::new("score a.mcap -t a.tum --map b.ply --json --quiet");
+        let call = Call::new("map build a.mcap -t a.tum -o out.dmpmap => map verify out.dmpmap");
+        assert_eq!((call.name().as_str(), call.output.as_deref()), ("map build", Some("out.dmpmap")));
+        assert_eq!(call.then.unwrap().len(), 3);
+        let call = Call::new("score a.mcap -t a.tum --map b.ply --json => writes out.ply");
         assert_eq!(call.name(), "score --map --json");
-        assert!(call.is_json() && call.outputs.is_empty());
+        assert!(call.is_json() && call.then.is_none() && call.output.as_deref() == Some("out.ply"));
     }
 }

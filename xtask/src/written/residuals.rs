@@ -51,7 +51,7 @@ fn scored(number: usize, scan: &Scan, start_ns: i64) -> Vec<ScoredPoint> {
     scan.points_in_sensor_m.iter().enumerate().map(point).collect()
 }
 
-fn told(points: &[ScoredPoint], prefix: &str) -> Map<String, Value> {
+fn fields_of(points: &[ScoredPoint], prefix: &str) -> Map<String, Value> {
     let column = |(name, value): &Field| {
         (format!("{prefix}{name}"), points.iter().map(value).collect::<Vec<_>>().into())
     };
@@ -91,7 +91,7 @@ pub(super) fn write(folder: &Path, scans: &[Scan]) -> anyhow::Result<Vec<Value>>
         let clock_s: Vec<f64> = all.iter().map(|point| start_ns as f64 / 1e9 + point.time_s).collect();
         let time = extension.starts_with("la").then(|| json!({ "name": "gps_time", "values": clock_s }));
         files.push(json!({ "path": name, "kind": extension, "points": places, "time": time,
-                           "tolerance_m": tolerance_m, "fields": told(&all, prefix) }));
+                           "tolerance_m": tolerance_m, "fields": fields_of(&all, prefix) }));
     }
     Ok(files)
 }
@@ -99,7 +99,7 @@ pub(super) fn write(folder: &Path, scans: &[Scan]) -> anyhow::Result<Vec<Value>>
 /// The topics of an MCAP file: scans in the frame of the sensor, and its poses.
 fn played(name: &str, scans: &[Scan], of_scans: &[Vec<ScoredPoint>], tolerance_m: f64) -> [Value; 2] {
     let scan = |(scan, points): (&Scan, &Vec<ScoredPoint>)| {
-        let mut fields = told(points, "");
+        let mut fields = fields_of(points, "");
         fields.remove("time_s");
         let after_s = scan.time_offsets_ns.iter().map(|&ns| (ns as f64 / 1e9) as f32);
         fields.insert("after_stamp_s".into(), after_s.collect::<Vec<_>>().into());

@@ -74,7 +74,7 @@ pub(crate) static MAPS: Opt<NamedFile> = Opt {
 };
 pub(crate) static TOPIC: Opt<String> = Opt {
     help: "The topic with the scans, where the log has several",
-    ..Opt::text(Input, "topic", "NAME", "/points", values::plain)
+    ..Opt::text(Input, "topic", "NAME", "/points", parsed)
 };
 pub(crate) static POINT_TIME: Opt<PointTime> = Opt {
     help: "Times of points: `s`, `ms`, `us` or `ns` after the scan's stamp; `absolute-s` … on the clock of the stamps; \

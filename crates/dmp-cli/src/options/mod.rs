@@ -112,6 +112,7 @@ pub(crate) enum Parse<T: 'static> {
 }
 
 /// An option or an argument.
+#[expect(clippy::struct_excessive_bools, reason = "each is a fact of the table")]
 pub(crate) struct Opt<T: 'static> {
     /// The long name; of an argument what it is called.
     pub(crate) name: &'static str,
@@ -150,6 +151,7 @@ pub(crate) struct Opt<T: 'static> {
 
 /// What is known of an option whatever the type of its value.
 #[derive(Debug, Clone, Copy)]
+#[expect(clippy::struct_excessive_bools, reason = "each is a fact of the table")]
 pub(crate) struct Facts {
     pub(crate) name: &'static str,
     pub(crate) group: Group,

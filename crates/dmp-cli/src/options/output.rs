@@ -32,7 +32,7 @@ pub(crate) static REPORT: Opt<PathBuf> = Opt {
 pub(crate) static REFERENCE: Opt<String> = Opt {
     requires: &[&REPORT],
     help: "The run that is ground truth: the page shows where it is worse than the others",
-    ..Opt::text(Output, "reference", "NAME", "a", super::values::plain)
+    ..Opt::text(Output, "reference", "NAME", "a", super::values::parsed)
 };
 pub(crate) static SCENE: Opt<PathBuf> = Opt {
     help: "Write a scene for viewers such as rerun and Foxglove, FILE.mcap: for each run the map coloured by residual, the \

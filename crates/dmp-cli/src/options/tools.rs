@@ -7,7 +7,7 @@ use dmp::{Part, ShardStage};
 use dmp_sensor::Isometry3;
 
 use super::Group::{Cache, Input, Output, PlaceAndTime, Plain, Resources};
-use super::values::{self, from_one, parsed, plain};
+use super::values::{self, from_one, parsed};
 use super::{Entry, Opt, Role, input, output};
 use crate::log_writer::{Compression, OutputFormat};
 use crate::named::NamedFile;
@@ -94,7 +94,7 @@ pub(crate) static DASK: Opt<String> = Opt {
     help: "Score on the Dask cluster whose scheduler has this address, several logs at once and large ones in parts. All workers \
            must see logs, runs and --work, which may be a URL (s3://); --memory and --threads are those of a task. Needs \
            pip install 'dmp-slam[dask]'",
-    ..Opt::text(Resources, "dask", "ADDRESS", "tcp://HOST:8786", plain)
+    ..Opt::text(Resources, "dask", "ADDRESS", "tcp://HOST:8786", parsed)
 };
 
 pub(crate) static RESULTS: Opt<NamedFile> = Opt {
@@ -209,7 +209,7 @@ pub(crate) static COMMAND: Opt<String> = Opt {
     is_argument: true,
     is_many: true,
     help: "The command, as `score` or `map build`. Default: `dmp` itself",
-    ..Opt::text(Plain, "command", "COMMAND", "score", plain)
+    ..Opt::text(Plain, "command", "COMMAND", "score", parsed)
 };
 pub(crate) static PAGES: Opt<PathBuf> = Opt {
     short: Some('o'),

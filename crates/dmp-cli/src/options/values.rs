@@ -20,11 +20,6 @@ where
     text.parse().map_err(|error: T::Err| error.to_string())
 }
 
-/// A text as it stands.
-pub(crate) fn plain(text: &str) -> Result<String, String> {
-    Ok(text.to_owned())
-}
-
 /// A number of 1 or more.
 pub(crate) fn from_one<T: FromStr + PartialOrd + From<u8>>(text: &str) -> Result<T, String> {
     let number = text.parse().ok().filter(|number| *number >= T::from(1));

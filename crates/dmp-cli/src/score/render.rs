@@ -206,7 +206,7 @@ Family-wise error rate 1 %, over all pairs and 4 scales; each interval is at
         let text = text_of(&example_reports::one_run(), false);
         assert!(text.starts_with("truth was scored alone. "), "{text}");
         assert!(
-            text.contains("\n1  truth  1.50  0.400   10.0    2.00  3.46      81.2     34.5   2.1     12.3\n"),
+            text.contains("\n1  truth  1.50  0.400   10.0      81.2     34.5    2.00  3.46   2.1     12.3\n"),
             "{text}"
         );
         assert!(!text.contains("verdict") && !text.contains("pair"), "{text}");

@@ -69,7 +69,7 @@ pub(super) fn preparation(asked: &Asked, reference: &PosePath) -> Result<Prepara
 
 /// The heading, word by word as evo has it.
 pub(super) fn title(asked: &Asked, metric: &str, relation: Relation, unit: ErrorUnit, tail: &str) -> String {
-    let Alignment { pose, scale, origin, .. } = alignment(asked);
+    let Alignment { pose, scale, origin } = alignment(asked);
     let how = match (pose, scale, origin) {
         (true, false, _) => "\n(with SE(3) Umeyama alignment)",
         (true, true, _) => "\n(with Sim(3) Umeyama alignment)",

@@ -15,7 +15,7 @@ use std::io;
 pub(crate) struct BagIndex {
     /// The damage is that outside what can be read later.
     pub(crate) bag_found: BagFound,
-    /// What could not be told without reading.
+    /// What is not known without reading.
     pub(crate) notes: Vec<String>,
     /// By file, what its records are read with.
     known: Vec<Known>,
@@ -79,7 +79,7 @@ impl Bag {
         }
         if learnt_chunks > 0 {
             notes.push(format!(
-                "{} chunks were read to learn what is in them: no summary tells",
+                "{} chunks were read to learn what is in them: there is no summary",
                 thousands(learnt_chunks)
             ));
         }

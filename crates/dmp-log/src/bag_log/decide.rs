@@ -60,7 +60,7 @@ impl BagLog {
         self.decide_time_from(options, period_ns, look)
     }
 
-    /// The same where `look` tells what a few scans have in the fields that may hold times.
+    /// The same where `look` gives what a few scans have in the fields that may hold times.
     pub(super) fn decide_time_from(
         &mut self,
         options: &LogOptions,

@@ -8,7 +8,7 @@ use crate::ros::{PoseCoding, ScanCoding};
 use crate::{Damage, LogError, StaticFrames};
 use std::collections::BTreeMap;
 
-/// The frames that do not move, as messages tell them.
+/// The frames that do not move, as messages have them.
 #[derive(Debug, Default)]
 pub(super) struct FoundFrames {
     pub(super) frames: StaticFrames,
@@ -16,13 +16,13 @@ pub(super) struct FoundFrames {
     pub(super) damage: DamageList,
 }
 
-/// How the messages of a channel tell frames that do not move; `None` where they do not.
+/// How the messages of a channel hold frames that do not move; `None` where they do not.
 pub(super) fn frames_coding(channel: &Channel) -> Option<PoseCoding> {
     PoseCoding::of(channel).filter(|_| channel.topic == STATIC_TOPIC)
 }
 
 impl FoundFrames {
-    /// Takes in a message, if it tells frames.
+    /// Takes in a message, if it has frames.
     pub(super) fn take(&mut self, message: &Message<'_>) {
         if let Some(coding) = frames_coding(message.channel)
             && let Err(problem) = self.frames.add_message(coding, message.body)

@@ -17,7 +17,7 @@ impl BagLog {
         BagScans::of(&self.bag, self.time.clone(), &self.topic.entries).map(Some)
     }
 
-    /// The log at `path`, of which `summary` was told.
+    /// The log at `path`, which has this `summary`.
     ///
     /// # Errors
     /// When it is another one.

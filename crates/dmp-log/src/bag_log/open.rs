@@ -1,4 +1,4 @@
-//! Opening a bag: which topic is read, and what is told of it.
+//! Opening a bag: which topic is read, and its summary.
 
 use super::decide::{Seen, look_at};
 use super::found::clouds_of;
@@ -74,7 +74,7 @@ impl BagLog {
             None => clouds,
             Some(wanted) => [choose_topic(bag.path(), clouds, Some(wanted), &around.topics)?].into(),
         };
-        // What the streams share is told once: there may be as many as topics.
+        // What the streams share is in the summary once: there may be as many as topics.
         let damage = std::mem::take(&mut around.damage);
         let undecided = |(name, topic)| Self::undecided(&around, name, topic, Vec::new());
         let logs: Vec<Self> = clouds.into_iter().map(undecided).collect();
@@ -91,7 +91,7 @@ impl BagLog {
         Ok(LogSurvey { path, format, bytes, fingerprint, topics, streams, static_frames, damage })
     }
 
-    /// What is told of one topic of several, given what a few of its scans have where times may be and what is lost of the
+    /// The summary of one topic of several, given what a few of its scans have where times may be and what is lost of the
     /// bag.
     fn into_stream(
         mut self,

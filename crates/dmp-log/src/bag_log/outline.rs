@@ -23,7 +23,7 @@ const FEW_RECORDS: usize = 4;
 /// Of the log's bytes, the part that may be read beyond these for such frames.
 const FRAMES_SHARE: u64 = 200;
 
-/// What an index says of the scans of one topic, and what a look at a few of them tells of all.
+/// What an index says of the scans of one topic, and what a look at a few of them shows of all.
 #[derive(Debug)]
 pub(crate) struct BagOutline {
     around: AroundScans,
@@ -34,7 +34,7 @@ pub(crate) struct BagOutline {
     /// Messages with frames that do not move.
     frames_at: Vec<Location>,
     whole: Whole,
-    /// What is told of the log; returns are not known.
+    /// The summary of the log; returns are not known.
     summary: LogSummary,
     notes: Vec<String>,
     /// What is added to the time a scan was recorded for its stamp, and how far that is off at most.
@@ -197,7 +197,7 @@ impl BagOutline {
         by_index.filter(|&period_ns| self.stamp_error_ns <= period_ns / 4).or(by_neighbours).or(by_index)
     }
 
-    /// The stamps of the scans, as near as the index tells.
+    /// The stamps of the scans, as near as the index has them.
     fn stamps_ns(&self) -> impl Iterator<Item = Option<i64>> {
         let stamp_ns = |scan: &Promised| Some(scan.log_time_ns?.saturating_add(self.stamp_after_log_ns));
         self.scans.iter().map(stamp_ns)
@@ -240,7 +240,7 @@ impl BagOutline {
         &self.around.damage
     }
 
-    /// What is told of the log; returns are not known.
+    /// The summary of the log; returns are not known.
     pub(crate) fn summary(&self) -> &LogSummary {
         &self.summary
     }
@@ -254,7 +254,7 @@ impl BagOutline {
         let mut scans = BTreeMap::new();
         let time = self.whole.time.as_ref();
         let log = self.part_with(wanted, &mut |number, coding, body| {
-            // One that is broken is told of where all are taken in.
+            // One that is broken is reported where all are taken in.
             if let Ok(cloud) = coding.parse(body) {
                 let mut scan = Scan::default();
                 take_scan(&cloud, time, &mut scan);
@@ -278,7 +278,7 @@ impl BagOutline {
         log.describe();
         log.summary.fields.clone_from(&self.whole.fields);
         log.summary.point_bytes = self.whole.point_bytes;
-        // What was met tells it better than the index, if everything was to be met.
+        // What was met is better than the index, if everything was to be met.
         if wanted.len() < self.scans.len() {
             log.summary.period_ns = self.whole.period_ns;
             let [opened, all] = [log.frames.len(), self.scans.len()].map(thousands);
@@ -332,7 +332,7 @@ impl BagOutline {
             part.damage.push(Damage::new(place, "the index has another time for it than the message itself"));
         }
         if unnamed > 0 {
-            let what = format!("{} scans that the index does not name are left out", thousands(unnamed));
+            let what = format!("{} scans that the index does not name are skipped", thousands(unnamed));
             part.damage.push(Damage::new("what was read", what));
         }
         part.damage.append(frames.damage, |lost| lost);

@@ -48,7 +48,7 @@ impl CloudWriter {
     /// Gives the file its name.
     ///
     /// # Errors
-    /// When the end cannot be written, or there were not as many points as told.
+    /// When the end cannot be written, or there were not as many points as promised.
     pub fn finish(self) -> Result<(), LogError> {
         self.0.finish()
     }
@@ -98,7 +98,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_told_wrong_leaves_nothing() {
+    fn a_wrong_count_leaves_nothing() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.laz");
         let mut writer = CloudWriter::create(&path, CloudFormat::Laz, 2, [0.0; 3]).unwrap();

@@ -23,8 +23,8 @@ pub struct CloudSummary {
 ///
 /// The file's coordinates are in `unit`; with `None`, in what a LAS or LAZ file says, else in metres.
 ///
-/// None of these formats has checksums: damaged coordinates in a file that is otherwise sound cannot be told
-/// from true ones.
+/// None of these formats has checksums: damaged coordinates in a file that is otherwise sound look like
+/// true ones.
 ///
 /// Called in a rayon pool, the chunks of a LAZ file are decoded ahead on its threads, a few at a time. The points, their order and
 /// the errors are the same.

@@ -90,7 +90,7 @@ pub(super) fn choose(
     let [width, height] = size_px;
     let of_file = |what: &CameraFile| shown_path(&what.path);
     let (numbers, whence) = match (options.camera, file, layout.usual_camera()) {
-        (Some(given), _, _) => (given, "as was said".to_owned()),
+        (Some(given), _, _) => (given, "as given".to_owned()),
         (None, Some(file), _) => (file.numbers, format!("from {}", of_file(file))),
         (None, None, Some(focal_px)) if size_px == USUAL_SIZE_PX => {
             (CameraNumbers::without_lens(focal_px), format!("guessed: usual for {}", layout.words()))
@@ -113,7 +113,7 @@ pub(super) fn choose(
     notes.push(format!("camera of {width} x {height} pixels, {}, {whence}", in_words(&numbers)));
     let scale_of_file = file.and_then(|file| Some((file.units_per_m?, file)));
     let (units_per_m, whence) = match (options.depth_units_per_m, scale_of_file, layout.usual_units_per_m()) {
-        (Some(given), _, _) => (given, "as was said".to_owned()),
+        (Some(given), _, _) => (given, "as given".to_owned()),
         (None, Some((units, file)), _) => (units, format!("from {}", of_file(file))),
         (None, None, Some(usual)) => (usual, format!("guessed: usual for {}", layout.words())),
         (None, None, None) => {

@@ -93,8 +93,7 @@ impl FoundImages {
         }
         let image =
             |listed: Listed| FoundImage { path: path.join(listed.path), stamp_ns: Some(listed.stamp_ns) };
-        let notes =
-            vec![format!("images and stamps from {}, taken for {}", shown_path(&list), layout.words())];
+        let notes = vec![format!("images and stamps from {}, read as {}", shown_path(&list), layout.words())];
         let images = listed.into_iter().map(image).collect();
         Ok(Some(Self { folder: path.into(), layout, images, camera_file: camera_file(path, path)?, notes }))
     }
@@ -142,7 +141,7 @@ impl FoundImages {
             Layout::Numbered | Layout::Named => "no stamps",
         };
         let mut notes = vec![order.replace("scans", "images")];
-        notes.push(format!("images in {} taken for {}: {stamps}", shown_path(place), layout.words()));
+        notes.push(format!("images in {} read as {}: {stamps}", shown_path(place), layout.words()));
         let stamp = |k: usize| stamps_ns.as_ref().and_then(|stamps_ns| stamps_ns.get(k).copied());
         let image = |(k, path): (usize, PathBuf)| FoundImage { path, stamp_ns: stamp(k) };
         let images = files.into_iter().enumerate().map(image).collect();
@@ -164,7 +163,7 @@ fn number(file: &Path) -> Option<i64> {
     digits.then(|| stem.parse().ok()).flatten()
 }
 
-/// By the names alone: a leading zero tells Redwood's counters from those of ICL-NUIM.
+/// By the names alone: a leading zero separates Redwood's counters from those of ICL-NUIM.
 fn layout_of(files: &[PathBuf]) -> Layout {
     if names::stamps_ns(files).is_some() {
         return Layout::Tum;

@@ -162,7 +162,7 @@ pub fn parse_keyframe_times_in(bytes: &[u8], unit: Option<TimeUnit>) -> Result<K
     Ok(KeyframeTimes { ids, stamps_ns, notes })
 }
 
-/// The stamps that are numbers; others are told of where they are parsed.
+/// The stamps that are numbers; others are reported where they are parsed.
 fn numbers_of(times: &[Timed<'_>]) -> Vec<f64> {
     let numbers = times.iter().filter_map(|timed| timed.stamp.parse::<f64>().ok());
     numbers.filter(|stamp| stamp.is_finite()).collect()

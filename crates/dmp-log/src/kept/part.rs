@@ -15,7 +15,7 @@ pub struct KeptPart {
     pub ordinal: u64,
     /// Its number in the log.
     pub scan: u64,
-    /// What tells its returns from others as many.
+    /// What distinguishes its returns from others as many.
     pub mark: u64,
     /// How many of its returns come before.
     pub first: u64,

@@ -95,7 +95,7 @@ impl KeptReader {
         &self.runs
     }
 
-    /// Reads the next returns into `part`, and tells of which run they are by its number; `None` behind the last.
+    /// Reads the next returns into `part`; returns the number of their run; `None` behind the last.
     ///
     /// # Errors
     /// When the file cannot be read, or is not as it was written.
@@ -111,7 +111,7 @@ impl KeptReader {
         Ok(of_run.filter(|_| found))
     }
 
-    /// Hands over the next message; tells whether there was one.
+    /// Hands over the next message; returns whether there was one.
     fn next_message(&mut self, take: &mut Take<'_>) -> Result<bool, LogError> {
         let Self { path, file, reader, runs, channels, messages } = self;
         let malformed = |messages: u64, problem: String| LogError::Malformed {

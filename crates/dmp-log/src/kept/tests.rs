@@ -61,7 +61,7 @@ fn what_was_written_comes_back() {
 }
 
 #[test]
-fn bytes_that_were_not_written_so_are_told() {
+fn bytes_that_were_not_written_so_are_named() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.dmp");
     write(&path);
@@ -82,7 +82,7 @@ fn bytes_that_were_not_written_so_are_told() {
 }
 
 #[test]
-fn other_files_are_told() {
+fn other_files_are_named() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("log.mcap");
     let log = crate::McapScanWriter::create(&path, &crate::McapWriterOptions::default()).unwrap();

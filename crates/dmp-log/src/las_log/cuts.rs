@@ -117,7 +117,7 @@ impl Cuts {
         }
         if no_number > 0 {
             let what = format!(
-                "{} points have a gps_time that is no number or beyond all dates: they are left out",
+                "{} points have a gps_time that is no number or beyond all dates: they are dropped",
                 thousands(no_number)
             );
             damage.push(Damage::new("the whole file", what));

@@ -69,7 +69,7 @@ impl Ahead {
         Self { threads, chunks: VecDeque::new(), spare: Vec::new() }
     }
 
-    /// Fills whole records with the points from `next` on, up to the end of their chunk, and tells how many they are; `None`
+    /// Fills whole records with the points from `next` on, up to the end of their chunk; returns how many they are; `None`
     /// where there is no such point, or where its chunk is too large to be decoded ahead.
     pub(super) fn read(
         &mut self,
@@ -144,7 +144,7 @@ impl Ahead {
             }
             self.chunks.push_back(Coming { number, points, bytes, receiver, decoded: None });
             if !is_there {
-                // What cannot be opened is told before anything behind it is tried.
+                // What cannot be opened is reported before anything behind it is tried.
                 break;
             }
         }

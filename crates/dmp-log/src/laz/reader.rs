@@ -61,7 +61,7 @@ impl<R: Read + Seek> LazReader<R> {
         Ok(())
     }
 
-    /// The same for points that are decoded ahead, up to the end of their chunk; tells how many. `None` where they are not.
+    /// The same for points that are decoded ahead, up to the end of their chunk; returns how many. `None` where they are not.
     fn read_ahead(&mut self, records: &mut [u8]) -> Result<Option<usize>, LazError> {
         let Some(mut ahead) = self.ahead.take() else { return Ok(None) };
         let layout = Arc::clone(&self.layout);

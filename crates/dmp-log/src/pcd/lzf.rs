@@ -193,7 +193,7 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn lies_are_told() {
+    fn lies_are_named() {
         let packed = compress(b"abcabcabcabc!");
         assert!(decompress(&packed, 14).unwrap_err().contains("13 bytes, 14 were claimed"));
         assert!(decompress(&packed, 12).unwrap_err().contains("more than the 12"));

@@ -2,7 +2,7 @@
 
 use super::{Origin, TimeRule, TimeUnit};
 
-/// The names under which drivers store the time of a point, most telling first.
+/// The names under which drivers store the time of a point, the clearest first.
 const FIELD_NAMES: [&str; 17] = [
     "t",
     "time",
@@ -23,7 +23,7 @@ const FIELD_NAMES: [&str; 17] = [
     "gpstime",
 ];
 
-/// Period taken for the test of units where a log has too few stamps to tell its own, nanoseconds.
+/// Period taken for the test of units where a log has too few stamps for its own, nanoseconds.
 pub(crate) const USUAL_PERIOD_NS: i64 = 100_000_000;
 
 /// Times of a scan are nearer to its stamp than so many periods, and so near to each other.
@@ -32,7 +32,7 @@ const NEAR_PERIODS: f64 = 2.0;
 /// Scans of which one may be left out: the others are to outnumber it.
 pub(crate) const ENOUGH: usize = 4;
 
-/// Position in `names` of the fields that may hold times, most telling first.
+/// Position in `names` of the fields that may hold times, the clearest first.
 pub(crate) fn candidates<'a>(names: &[&'a str]) -> Vec<(usize, &'a str)> {
     FIELD_NAMES
         .iter()

@@ -22,7 +22,7 @@ pub(crate) struct TimeChoice {
     pub(crate) odd_frame: Option<usize>,
 }
 
-/// What is told of such a scan.
+/// The note of such a scan.
 pub(crate) fn odd_times(field: &str) -> String {
     format!("the times in field `{field}` are not like those of the other scans; the scan is skipped")
 }
@@ -75,14 +75,14 @@ pub(crate) fn choose_time(
     let seen_of_fields = look()?;
     let period_ns = period_ns.unwrap_or_else(|| {
         if given.is_none() {
-            notes.push("too few stamps to tell the scan period: 0.1 s is taken".into());
+            notes.push("too few stamps for the scan period: 0.1 s is used".into());
         }
         USUAL_PERIOD_NS
     });
     let mut unclear = None;
     for (field, seen) in fields.iter().zip(&seen_of_fields) {
-        let told = |rule| (Finding::Rule(rule), None);
-        let (found, odd_frame) = given.map_or_else(|| find_rule_of_most(seen, period_ns), told);
+        let given_rule = |rule| (Finding::Rule(rule), None);
+        let (found, odd_frame) = given.map_or_else(|| find_rule_of_most(seen, period_ns), given_rule);
         match found {
             Finding::Rule(rule) => {
                 let seen = &well(seen, odd_frame);
@@ -93,7 +93,7 @@ pub(crate) fn choose_time(
                     let field = format!("in fields `{field}` and `{other}`");
                     return Err(LogError::PointTime { path: path.into(), field, problem });
                 }
-                let evidence = if given.is_some() { "as was said" } else { "found from the values" };
+                let evidence = if given.is_some() { "as given" } else { "found from the values" };
                 let choice = place_stamp(path, field, rule, options.stamp_at, seen, evidence)?;
                 return Ok(Some(TimeChoice { odd_frame, ..choice }));
             }

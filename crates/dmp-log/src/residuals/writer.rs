@@ -105,7 +105,7 @@ impl ResidualWriter {
     /// Writes the end, makes the file safe on disk and gives it its name.
     ///
     /// # Errors
-    /// When the disk is full, the file cannot be renamed, or there were not as many points as told.
+    /// When the disk is full, the file cannot be renamed, or there were not as many points as promised.
     pub fn finish(self) -> Result<(), LogError> {
         match self.out {
             Out::Cloud(table) => table.finish(),

@@ -9,7 +9,7 @@ pub(crate) struct WireError(pub(crate) String);
 /// How a message is put into bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub(crate) enum Encoding {
-    /// ROS 2: aligned, in either byte order, which a header of four bytes tells.
+    /// ROS 2: aligned, in either byte order, which a header of four bytes says.
     Cdr,
     /// ROS 1: nothing aligned, lowest byte first. MCAP files converted from ROS 1 bags have it.
     Ros1,

@@ -12,7 +12,7 @@ pub(crate) const INT32: u8 = 5;
 pub(crate) const UINT32: u8 = 6;
 pub(crate) const FLOAT32: u8 = 7;
 
-/// A cloud to which points are being put, and where its message tells how many they are.
+/// A cloud to which points are being put, and where its message has their number.
 #[derive(Debug)]
 pub(crate) struct OpenCloud {
     width_at: usize,
@@ -21,7 +21,7 @@ pub(crate) struct OpenCloud {
 }
 
 /// Starts a `sensor_msgs/msg/PointCloud2` of one row whose points have these fields one after the other. Its points, of
-/// `point_bytes` each and about so many, are to be put behind. More than a message can hold are told in words.
+/// `point_bytes` each and about so many, are to be put behind. More than a message can hold is an error.
 pub(crate) fn start_cloud(
     message: &mut CdrWriter,
     stamp: RosStamp,
@@ -53,14 +53,14 @@ pub(crate) fn start_cloud(
     Ok(OpenCloud { width_at, data_at, point_bytes })
 }
 
-/// Bytes of a cloud, as its message tells them.
+/// Bytes of a cloud, as its message has them.
 fn bytes_of(bytes: usize, point_bytes: usize) -> Result<u32, String> {
     let too_many = |_| format!("{} points are more than 32 bits of bytes", bytes / point_bytes.max(1));
     u32::try_from(bytes).map_err(too_many)
 }
 
 impl OpenCloud {
-    /// Ends the cloud, and tells how many points were put there. `is_dense` says that each has its place.
+    /// Ends the cloud; returns how many points were put there. `is_dense` says that each has its place.
     pub(crate) fn close(&self, message: &mut CdrWriter, is_dense: bool) -> Result<u32, String> {
         let data_bytes = bytes_of(message.message().len() - self.data_at, self.point_bytes)?;
         let points = data_bytes / self.point_bytes as u32;

@@ -52,7 +52,7 @@ impl ScanFile {
     }
 
     /// How many of the points claimed are there, and what is missing. A text has to be read for it; what is compressed is
-    /// unpacked where that is wanted, as nothing else tells whether it can be.
+    /// unpacked where that is wanted, as nothing else shows whether it can be.
     ///
     /// # Errors
     /// [`LogError::Malformed`] when it cannot.

@@ -77,7 +77,7 @@ fn choose(folder: PathBuf, formats: Formats) -> Result<FoundScans, LogError> {
             let mut files = several.remove(&format).unwrap_or_default();
             let mut notes = Vec::new();
             if !several.is_empty() {
-                notes.push(format!("left aside as no scans: {}", counts(&several)));
+                notes.push(format!("ignored, as they are no scans: {}", counts(&several)));
             }
             notes.push(names::put_in_order(&mut files).into());
             Ok(FoundScans { folder, format, files, notes })

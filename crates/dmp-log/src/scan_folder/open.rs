@@ -1,4 +1,4 @@
-//! Opening a folder: which of its files can be read, and what is told of them.
+//! Opening a folder: which of its files can be read, and the summary of them.
 
 use super::entry::Entry;
 use super::file::{Cut, ScanFile};

@@ -77,7 +77,7 @@ impl Beside {
         let mut seen = extremes(&folder, entries, count)?;
         let odd_frame = if given.is_none() { odd_frame(&seen, rule.unit, period_ns) } else { None };
         seen.retain(|scan| Some(scan.frame) != odd_frame);
-        let evidence = if given.is_some() { "as was said" } else { "as such files have them" };
+        let evidence = if given.is_some() { "as given" } else { "as such files have them" };
         let choice = place_stamp(&folder, NAME, rule, options.stamp_at, &seen, evidence)?;
         notes.push(format!("a time for each point from {}", shown_path(&folder)));
         Ok(Some(Self {

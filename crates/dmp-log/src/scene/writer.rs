@@ -42,7 +42,7 @@ pub struct SceneRun<'a> {
 pub struct ScenePlace {
     /// Where it is in the common frame, metres.
     pub place_in_map_m: [f64; 3],
-    /// What is told of it.
+    /// Its text.
     pub text: String,
 }
 
@@ -70,7 +70,7 @@ pub struct SceneWriter {
     worst: u16,
     start: (i64, RosStamp),
     scans: u64,
-    told: u64,
+    texts: u64,
     message: CdrWriter,
 }
 
@@ -103,7 +103,7 @@ impl SceneWriter {
             });
         }
         let (start, message) = ((head.start_ns, start), CdrWriter::default());
-        Ok(Self { file, runs, transforms, worst, start, scans: 0, told: 0, message })
+        Ok(Self { file, runs, transforms, worst, start, scans: 0, texts: 0, message })
     }
 
     /// Starts a cloud of about so many surfels, in the common frame.
@@ -114,7 +114,7 @@ impl SceneWriter {
         self.start_cloud(self.start.1, None, points, true)
     }
 
-    /// Writes the map of a run, one of those that are shown with clouds; tells how many surfels it has.
+    /// Writes the map of a run, one of those that are shown with clouds; returns how many surfels it has.
     ///
     /// # Errors
     /// When the disk is full, or the surfels are more than a message can hold.
@@ -207,7 +207,7 @@ impl SceneWriter {
         self.start_cloud(stamp, Some(run), points, false)
     }
 
-    /// Writes the returns of a scan of a run, one of those that are shown with clouds; tells how many they are.
+    /// Writes the returns of a scan of a run, one of those that are shown with clouds; returns how many they are.
     ///
     /// # Errors
     /// When the disk is full.
@@ -222,8 +222,8 @@ impl SceneWriter {
     pub fn tell(&mut self, run: usize, stamp_ns: i64, text: &str) -> Result<(), LogError> {
         let stamp = self.stamp(stamp_ns)?;
         write_log(&mut self.message, stamp, &self.runs[run].name, text);
-        self.told += 1;
-        self.file.write(self.worst, self.told, stamp_ns, self.message.message())
+        self.texts += 1;
+        self.file.write(self.worst, self.texts, stamp_ns, self.message.message())
     }
 
     /// Writes what is to be known of the file, in words by names, makes it safe on disk and gives it its name.

@@ -61,7 +61,7 @@ pub(super) fn header_of(bytes: &[u8]) -> Result<Header, ParseError> {
 /// `orientation.x`, `q_RS_w []` …); others are not used. `world_from_body`, in metres. Notes say what was taken for what.
 ///
 /// # Errors
-/// Where no line names all of these, or two columns are the same; where no name tells the unit of the stamps and it cannot be
+/// Where no line names all of these, or two columns are the same; where no name has the unit of the stamps and it cannot be
 /// found; in the first line that has another number of columns; and as [`parse_tum`](super::parse_tum).
 pub(super) fn parse_csv_in(
     bytes: &[u8],

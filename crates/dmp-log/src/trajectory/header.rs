@@ -37,7 +37,7 @@ pub(super) enum Delimiter {
 }
 
 impl Header {
-    /// The unit of the stamps, where names tell it.
+    /// The unit of the stamps, where names have it.
     pub(super) fn unit(&self) -> Option<TimeUnit> {
         match self.stamp {
             StampColumns::One(_, unit) => unit,
@@ -175,8 +175,8 @@ fn assign(line: u64, delimiter: Delimiter, names: &[String]) -> Result<Header, S
         }
     }
     let lacks = |what: &str, needed: &str| {
-        let told = shorten(&names.join(","));
-        format!("no {what} among the columns `{told}`: {needed}")
+        let columns = shorten(&names.join(","));
+        format!("no {what} among the columns `{columns}`: {needed}")
     };
     let [Some(x), Some(y), Some(z)] = place else {
         return Err(lacks("place", "x, y, z must be there"));
@@ -271,7 +271,7 @@ mod tests {
     }
 
     #[test]
-    fn what_lacks_or_is_there_twice_is_told() {
+    fn what_lacks_or_is_there_twice_is_named() {
         refused("time,x,y,z", "no quaternion among the columns `time,x,y,z`: qx, qy, qz, qw must be there");
         refused("time,x,y,z,roll,pitch,yaw", "no quaternion");
         refused("time,x,y,qx,qy,qz,qw", "no place among");

@@ -125,7 +125,7 @@ fn of_graph(graph: GraphVertices, notes: &mut Vec<String>) -> TrajectoryRepairs 
         ));
     }
     if other_vertices > 0 {
-        notes.push(format!("{} vertices of other types left out", thousands(other_vertices)));
+        notes.push(format!("{} vertices of other types skipped", thousands(other_vertices)));
     }
     TrajectoryRepairs { trajectory, out_of_order, repeated }
 }

@@ -1,4 +1,4 @@
-//! The unit of stamps that no name tells, found by their size and their steps.
+//! The unit of stamps without a name for it, found by their size and their steps.
 //!
 //! Stamps since 1970 are of one unit only: of the same instants the numbers are a thousand apart. Stamps of a clock that
 //! begins with the log may be of any, and are asked for where they cannot be seconds.
@@ -7,7 +7,7 @@ use crate::text::lines;
 use crate::{ParseError, PlaceInFile, TimeUnit};
 use std::ops::Range;
 
-/// The last second that nanoseconds in 64 bits can tell.
+/// The last second that nanoseconds in 64 bits can hold.
 const YEAR_2262_S: f64 = 9_223_372_036.0;
 /// The years 1990 to 2100.
 const OUR_DAYS_S: Range<f64> = 631_152_000.0..4_102_444_800.0;
@@ -24,7 +24,7 @@ pub(super) struct FoundUnit {
     pub(super) note: Option<String>,
 }
 
-/// The unit of the stamps in the first columns of a file whose format has seconds; where it cannot be told, that which is
+/// The unit of the stamps in the first columns of a file whose format has seconds; where it is open, that which is
 /// given for this case. Notes say what was found.
 pub(super) fn unit_of_lines(
     bytes: &[u8],
@@ -62,7 +62,7 @@ pub(super) fn unit_of_large_numbers(bytes: &[u8], notes: &mut Vec<String>) -> Ti
     }
     // With the state behind the pose it is EuRoC's for sure.
     if lines(bytes).next().is_some_and(|line| line.is_ok_and(|(_, columns)| columns.len() == 8)) {
-        notes.push("no line names the columns: quaternions are taken for w x y z, as EuRoC has them".into());
+        notes.push("no line names the columns: quaternions are read as w x y z, as EuRoC has them".into());
     }
     match unit_of(&stamps) {
         Ok(FoundUnit { unit: TimeUnit::Microseconds, note }) => {
@@ -76,7 +76,7 @@ pub(super) fn unit_of_large_numbers(bytes: &[u8], notes: &mut Vec<String>) -> Ti
 /// The numbers that lines begin with, and where the first one is.
 fn first_columns(bytes: &[u8]) -> (Vec<f64>, PlaceInFile) {
     let mut first = None;
-    // Lines that are wrong are told of where they are parsed.
+    // Lines that are wrong are reported where they are parsed.
     let stamps = lines(bytes).filter_map(|line| {
         let (place, columns) = line.ok()?;
         let stamp = columns.first()?.parse::<f64>().ok().filter(|stamp| stamp.is_finite())?;
@@ -86,7 +86,7 @@ fn first_columns(bytes: &[u8]) -> (Vec<f64>, PlaceInFile) {
     (stamps.collect(), first.unwrap_or(PlaceInFile::WholeFile))
 }
 
-/// The unit of stamps, in the order of their file; why it cannot be told, where it cannot.
+/// The unit of stamps, in the order of their file; why it is open, where it is.
 pub(super) fn unit_of(stamps: &[f64]) -> Result<FoundUnit, String> {
     let seconds = |note| Ok(FoundUnit { unit: TimeUnit::Seconds, note });
     let (Some(&first), Some(&last)) = (stamps.first(), stamps.last()) else { return seconds(None) };
@@ -97,9 +97,9 @@ pub(super) fn unit_of(stamps: &[f64]) -> Result<FoundUnit, String> {
         near && [first, last].iter().all(|stamp| OUR_DAYS_S.contains(&(stamp * unit_s)))
     };
     let far_apart = step.filter(|step| *step >= LONG_STEP_S);
-    let told = far_apart.map(|step| format!("stamps taken for seconds: they are {step} apart"));
+    let note = far_apart.map(|step| format!("stamps read as seconds: they are {step} apart"));
     match TimeUnit::ALL.into_iter().find(is_since_1970) {
-        Some(TimeUnit::Seconds) => return seconds(told),
+        Some(TimeUnit::Seconds) => return seconds(note),
         Some(unit) => {
             let note = format!("stamps in {}: as seconds they are beyond the year 2262", unit.name());
             return Ok(FoundUnit { unit, note: Some(note) });
@@ -114,7 +114,7 @@ pub(super) fn unit_of(stamps: &[f64]) -> Result<FoundUnit, String> {
              milliseconds, microseconds or nanoseconds: the time unit must be given (s, ms, us or ns)"
         ));
     }
-    seconds(told)
+    seconds(note)
 }
 
 /// The median of the steps from stamp to stamp that are none of zero.
@@ -173,7 +173,7 @@ mod tests {
         // A few places that were measured, minutes apart.
         for stamps in [[1.7e9 + 0.5, 1.7e9 + 90.0, 1.7e9 + 200.25], [0.25, 60.0, 130.5]] {
             let note = is_seconds(&stamps).note.unwrap();
-            assert!(note.contains("taken for seconds"), "{note}");
+            assert!(note.contains("read as seconds"), "{note}");
         }
     }
 }

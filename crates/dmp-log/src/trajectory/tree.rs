@@ -121,7 +121,7 @@ impl MovingFrames {
         let without = stamps.of_link.len() - poses.len();
         if without > 0 {
             notes.push(format!(
-                "{} stamps left out, at which not every frame in between has a pose",
+                "{} stamps excluded, at which not every frame in between has a pose",
                 thousands(without)
             ));
         }
@@ -156,7 +156,7 @@ impl Link {
             *stamps = Stamps { moves, of_link: found.to_vec() };
         }
         if !moves {
-            // A part that is fixed and told again and again.
+            // A part that is fixed and sent again and again.
             return Ok(Step::Fixed(first));
         }
         let mut steps_ns: Vec<i64> = found.windows(2).map(|pair| pair[1].saturating_sub(pair[0])).collect();

@@ -1,5 +1,6 @@
 use dmp_log::{LogOptions, McapCompression, McapScanWriter, McapWriterOptions, ScanLog, open_log};
 use dmp_sensor::Scan;
+use std::ops::Range;
 use std::path::Path;
 
 pub(crate) const STAMP_NS: i64 = 1_690_309_709_285_305_500;
@@ -48,12 +49,50 @@ pub(crate) fn read_all(log: &dyn ScanLog) -> Vec<Scan> {
     (0..log.frames().len()).map(read).collect()
 }
 
+/// What `work` gives, without a pool and in pools of several sizes: always the same.
+#[track_caller]
+pub(crate) fn in_threads<R: Send + PartialEq>(work: impl Fn() -> R + Sync) -> R {
+    let alone = work();
+    for threads in [2, 4] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        assert!(pool.install(&work) == alone, "in {threads} threads");
+    }
+    alone
+}
+
+/// The records of an MCAP file up to the end of its data: their types, and where they are.
+pub(crate) fn records(bytes: &[u8]) -> Vec<(u8, Range<usize>)> {
+    let (mut at, mut found) = (8, Vec::new());
+    while bytes[at] != mcap::records::op::DATA_END {
+        let end = at + 9 + u64::from_le_bytes(bytes[at + 1..at + 9].try_into().unwrap()) as usize;
+        found.push((bytes[at], at..end));
+        at = end;
+    }
+    found
+}
+
+/// Where its chunks are.
+pub(crate) fn chunks(bytes: &[u8]) -> Vec<Range<usize>> {
+    let chunks = records(bytes).into_iter().filter(|(op, _)| *op == mcap::records::op::CHUNK);
+    chunks.map(|(_, place)| place).collect()
+}
+
 /// Whether `text` holds every part, or a message that says which it lacks.
 pub(crate) fn assert_says(text: &str, parts: &[&str]) {
     for part in parts {
         assert!(text.contains(part), "`{part}` is not in: {text}");
     }
     assert!(!text.contains('\n'), "more than one line: {text}");
+}
+
+/// Each of some inputs is refused in a line with `start` and all the words of its text, ` | ` between them.
+#[track_caller]
+pub(crate) fn refusals(error: impl Fn(&str) -> String, start: &str, cases: &[(&str, &str)]) {
+    for (input, words) in cases {
+        let error = error(input);
+        assert_says(&error, &[start]);
+        assert_says(&error, &words.split(" | ").collect::<Vec<_>>());
+    }
 }
 
 /// `SplitMix64`: the same numbers everywhere.

@@ -75,7 +75,7 @@ fn tum_rgbd_is_read_by_its_list() {
     assert_eq!(summary.camera, Some(camera));
     assert_says(
         &summary.notes.join("; "),
-        &["depth.txt, taken for TUM RGB-D", "fx 525, fy 525, cx 319.5, cy 239.5"],
+        &["depth.txt, read as TUM RGB-D", "fx 525, fy 525, cx 319.5, cy 239.5"],
     );
     assert_says(
         &summary.notes.join("; "),
@@ -99,7 +99,7 @@ fn tum_rgbd_is_read_by_its_list() {
 }
 
 #[test]
-fn icl_nuim_is_told_by_its_counters() {
+fn icl_nuim_is_found_by_its_counters() {
     let folder = tempfile::tempdir().unwrap();
     let root = folder.path();
     put_images(root, &["depth/10.png", "depth/9.png", "depth/0.png"], VGA);
@@ -110,7 +110,7 @@ fn icl_nuim_is_told_by_its_counters() {
     assert_eq!(stamps(&*by_name), [seconds(0), seconds(9), seconds(10)]);
     assert_says(
         &by_name.summary().notes.join("; "),
-        &["taken for ICL-NUIM", "numbers in the file names taken as stamps"],
+        &["read as ICL-NUIM", "numbers in the file names taken as stamps"],
     );
     put(
         &root.join("associations.txt"),
@@ -125,7 +125,7 @@ fn icl_nuim_is_told_by_its_counters() {
 }
 
 #[test]
-fn redwood_is_told_by_leading_zeros() {
+fn redwood_is_found_by_leading_zeros() {
     for place in ["", "depth", "livingroom1-depth-clean"] {
         let folder = tempfile::tempdir().unwrap();
         put_images(&folder.path().join(place), &["00000.png", "00001.png"], VGA);
@@ -134,7 +134,7 @@ fn redwood_is_told_by_leading_zeros() {
         let summary = log.summary();
         assert_eq!((summary.format, summary.depth_units_per_m), (LogFormat::DepthFolder, Some(1000.0)));
         assert_eq!((summary.span_ns, log.frames()[1].stamp_ns), (None, None));
-        assert_says(&summary.notes.join("; "), &["taken for Redwood", "no stamps", "1000 units", "fx 525"]);
+        assert_says(&summary.notes.join("; "), &["read as Redwood", "no stamps", "1000 units", "fx 525"]);
         assert_points(&read_all(&*log)[1], &summary.camera.unwrap(), &values(VGA), 1000.0);
     }
     let folder = tempfile::tempdir().unwrap();
@@ -174,7 +174,7 @@ fn a_camera_beside_the_images_beats_the_guess_and_an_option_beats_both() {
     assert_eq!(given.summary().depth_units_per_m, Some(100.0));
     assert_says(
         &given.summary().notes.join("; "),
-        &["with distortion, as was said", "100 units of depth a metre, as was said"],
+        &["with distortion, as given", "100 units of depth a metre, as given"],
     );
     assert_ne!(given.summary().fingerprint, log.summary().fingerprint);
 
@@ -231,14 +231,6 @@ fn options_for_other_logs_are_refused() {
         assert!(survey_log(other.path(), &options).is_err() && outline_log(other.path(), &options).is_err());
     }
     assert_eq!(open(other.path()).summary().camera, None);
-}
-
-#[test]
-fn a_single_picture_beside_a_scan_is_no_log() {
-    let folder = tempfile::tempdir().unwrap();
-    put(&folder.path().join("0.bin"), [0; 16]);
-    put_images(folder.path(), &["view.png"], VGA);
-    assert_eq!(open(folder.path()).summary().format, LogFormat::BinFolder);
 }
 
 #[test]

@@ -233,7 +233,7 @@ fn what_is_missing_is_said() {
 }
 
 #[test]
-fn clocks_that_differ_are_told_apart() {
+fn clocks_that_differ_are_recognised() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("world.laz");
     let utc_s = 1_690_309_709;

@@ -1,4 +1,4 @@
-use crate::common::assert_says;
+use crate::common::{assert_says, refusals};
 use dmp_log::{
     KeyframeTimes, KeyframeTimesFault, TimeUnit, parse_keyframe_times, parse_keyframe_times_in,
     parse_loop_labels, read_keyframe_times, read_keyframe_times_in, read_loop_labels, write_keyframe_times,
@@ -38,24 +38,27 @@ fn labels_are_read_as_people_write_them() {
 
 #[test]
 fn labels_that_cannot_be_are_named_with_their_lines() {
-    assert_says(
-        &labels_error("12,400,true\n# so\n400,12,0\n"),
-        &["line 3: ", "between 400 and 12 is false", "in line 1 it is true"],
+    refusals(
+        labels_error,
+        "",
+        &[
+            ("12,400,true\n# so\n400,12,0\n", "line 3: | between 400 and 12 is false | in line 1 it is true"),
+            ("1 2 true\n3 4 maybe\n", "line 2: | label `maybe`"),
+            ("1 2 true\n3 4\n", "line 2: | 2 columns, expected 3"),
+            ("1,,true\n", "line 1: | 2 columns, expected 3"),
+            ("1 2 true\n3 b 1\n", "line 2: | the id `b` is no whole number"),
+            ("5 5 true\n", "line 1: | from the vertex 5 to itself"),
+            // One line of names is allowed, the first; and a line with a number in it is none.
+            ("from to label\nfrom to label\n", "line 2: | the id `from`"),
+            ("12 to label\n", "line 1: | the id `to`"),
+            ("1.5 2.5 true\n", "line 1: | the id `1.5`"),
+            ("1 9223372036854775808 true\n", "line 1: | no whole number"),
+            ("1 2 true\n\u{1}\n3 4 1", "line 2: | 1 columns"),
+            ("", "the whole file: no labels"),
+            ("# from to label\n\n", "the whole file: no labels"),
+            ("from,to,label\n", "the whole file: no labels"),
+        ],
     );
-    assert_says(&labels_error("1 2 true\n3 4 maybe\n"), &["line 2: ", "label `maybe`"]);
-    assert_says(&labels_error("1 2 true\n3 4\n"), &["line 2: ", "2 columns, expected 3"]);
-    assert_says(&labels_error("1,,true\n"), &["line 1: ", "2 columns, expected 3"]);
-    assert_says(&labels_error("1 2 true\n3 b 1\n"), &["line 2: ", "the id `b` is no whole number"]);
-    assert_says(&labels_error("5 5 true\n"), &["line 1: ", "from the vertex 5 to itself"]);
-    // One line of names is allowed, the first; and a line with a number in it is none.
-    assert_says(&labels_error("from to label\nfrom to label\n"), &["line 2: ", "the id `from`"]);
-    assert_says(&labels_error("12 to label\n"), &["line 1: ", "the id `to`"]);
-    assert_says(&labels_error("1.5 2.5 true\n"), &["line 1: ", "the id `1.5`"]);
-    assert_says(&labels_error("1 9223372036854775808 true\n"), &["line 1: ", "no whole number"]);
-    assert_says(&labels_error("1 2 true\n\u{1}\n3 4 1"), &["line 2: ", "1 columns"]);
-    for nothing in ["", "# from to label\n\n", "from,to,label\n"] {
-        assert_says(&labels_error(nothing), &["the whole file: no labels"]);
-    }
     assert_says(&parse_loop_labels(b"1 2 1\n\xff\xfe").unwrap_err().to_string(), &["line 2: ", "not text"]);
 }
 
@@ -88,25 +91,31 @@ fn times_are_read_with_ids_and_without() {
 
 #[test]
 fn times_that_cannot_be_are_named_with_their_lines() {
-    assert_says(
-        &times_error("0.5\n1.5\n\n1.5\n"),
-        &["line 4: ", "the stamp 1.500000000 s is not after that in line 2, 1.500000000 s"],
+    refusals(
+        times_error,
+        "",
+        &[
+            (
+                "0.5\n1.5\n\n1.5\n",
+                "line 4: | the stamp 1.500000000 s is not after that in line 2, 1.500000000 s",
+            ),
+            // The order is that of the ids.
+            (
+                "9 3\n4 3.5\n",
+                "line 1: | the vertex 9 has the stamp 3.000000000 s | that of 4 in line 2, 3.500000000 s",
+            ),
+            ("4 1\n9 2\n4 3\n", "line 3: | the vertex 4 has a stamp in line 1 already"),
+            ("1 2 3\n", "line 1: | 3 columns, expected 1"),
+            ("1\n2 3\n", "line 2: | 2 columns, the lines before it have 1"),
+            ("1 2\nb 3\n", "line 2: | the id `b`"),
+            ("1\nsoon\n", "line 2: | not a number of seconds: `soon`"),
+            ("9999999999.5\n", "line 1: | another unit"),
+            ("1 2 3 4 0 0 0 x\n", "line 1: | `x` is not a number"),
+            ("", "the whole file: no stamps"),
+            ("# times\n", "the whole file: no stamps"),
+            ("id stamp\n", "the whole file: no stamps"),
+        ],
     );
-    // The order is that of the ids.
-    assert_says(
-        &times_error("9 3\n4 3.5\n"),
-        &["line 1: ", "the vertex 9 has the stamp 3.000000000 s", "that of 4 in line 2, 3.500000000 s"],
-    );
-    assert_says(&times_error("4 1\n9 2\n4 3\n"), &["line 3: ", "the vertex 4 has a stamp in line 1 already"]);
-    assert_says(&times_error("1 2 3\n"), &["line 1: ", "3 columns, expected 1"]);
-    assert_says(&times_error("1\n2 3\n"), &["line 2: ", "2 columns, the lines before it have 1"]);
-    assert_says(&times_error("1 2\nb 3\n"), &["line 2: ", "the id `b`"]);
-    assert_says(&times_error("1\nsoon\n"), &["line 2: ", "not a number of seconds: `soon`"]);
-    assert_says(&times_error("9999999999.5\n"), &["line 1: ", "another unit"]);
-    assert_says(&times_error("1 2 3 4 0 0 0 x\n"), &["line 1: ", "`x` is not a number"]);
-    for nothing in ["", "# times\n", "id stamp\n"] {
-        assert_says(&times_error(nothing), &["the whole file: no stamps"]);
-    }
 }
 
 #[test]

@@ -1,35 +1,33 @@
-//! Tests of the readers and writers on whole files.
+//! Tests of the readers and writers on whole files. `fuzz/` includes them for their good files and readers.
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 mod calib;
-mod cloud;
-mod common;
+pub(crate) mod cloud;
+pub(crate) mod common;
 mod conformance;
 mod csv;
+#[path = "../../../../fuzz/damage/mod.rs"]
+#[allow(dead_code, reason = "`cargo xtask attack` and the fuzz target use more of it")]
+pub(crate) mod damage;
 mod depth;
-mod depth_png;
+pub(crate) mod depth_png;
 mod folder;
-mod forged;
-mod g2o;
-mod in_threads;
-mod las_log;
+pub(crate) mod las_log;
 mod loop_lists;
 mod mcap_damage;
 mod mcap_messages;
 mod memory_log;
-mod mesh;
-mod mutation;
+pub(crate) mod mesh;
+pub(crate) mod mutation;
 mod npy;
-mod parts;
-mod pcd;
+pub(crate) mod parts;
+pub(crate) mod pcd;
 mod point_time;
 mod pose_graph;
 mod real_data;
-mod redwood;
 mod residuals;
 mod round_trip;
-mod row_18;
-mod scan_folder;
+pub(crate) mod scan_folder;
 mod scan_folder_rows;
-mod topics;
+pub(crate) mod topics;
 mod trajectory;

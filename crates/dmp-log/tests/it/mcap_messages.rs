@@ -175,7 +175,7 @@ fn topics_are_chosen_or_asked_for() {
 
 /// As many topics as a file has room for: its chunks are unpacked twice, whatever their number.
 #[test]
-fn thousands_of_topics_are_told_in_one_pass() {
+fn thousands_of_topics_are_listed_in_one_pass() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("log.mcap");
     let names: Vec<String> = (0..3_000).map(|k| format!("/lidar_{k:04}/points")).collect();

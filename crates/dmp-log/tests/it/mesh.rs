@@ -1,6 +1,6 @@
 //! Triangle meshes: what is read, what is refused, and that no bytes are trusted.
 
-use crate::common::assert_says;
+use crate::common::{assert_says, refusals};
 use dmp_log::{LogError, MeshFormat, MeshSummary, is_mesh, read_cloud, read_mesh};
 use std::fmt::Write as _;
 use std::fs;
@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 type Triangles = Vec<[[f64; 3]; 3]>;
 
-fn read(path: &Path) -> Result<(MeshSummary, Triangles), LogError> {
+pub(crate) fn read(path: &Path) -> Result<(MeshSummary, Triangles), LogError> {
     let mut triangles = Triangles::new();
     let summary = read_mesh(path, |batch| {
         assert!(!batch.is_empty() && batch.len() <= 16_384);
@@ -131,76 +131,60 @@ fn a_ply_without_faces_is_a_cloud() {
 }
 
 #[test]
-fn what_is_wrong_is_named_with_its_place() {
+fn row_03_what_is_wrong_is_named_with_its_place() {
     let folder = tempfile::tempdir().unwrap();
     let error = |name: &str, bytes: &[u8]| read(&write(&folder, name, bytes)).unwrap_err().to_string();
     let [(_, text), (_, little), _, _] = files().try_into().unwrap();
     let text = String::from_utf8(text).unwrap();
-
-    let broken = text.replace("9 3 0 1 2", "9 3 0 1 7");
-    assert_says(&error("a.ply", broken.as_bytes()), &["a.ply: line 22:", "vertex 7 (from 0) of 5"]);
-    let broken = text.replace("9 3 0 1 2", "9 3 0 -1 2");
-    assert_says(&error("a.ply", broken.as_bytes()), &["line 22:", "vertex -1"]);
-    let broken = text.replace("9 3 0 1 2", "9 3 0 1.5 2");
-    assert_says(&error("a.ply", broken.as_bytes()), &["line 22:", "`1.5` is no count or index"]);
-    let broken = text.replace("9 3 0 1 2 1 0.5", "9 3 0");
-    assert_says(&error("a.ply", broken.as_bytes()), &["line 22:", "`` is no count or index"]);
-    let broken = text.replace("element face 3", "element face 18446744073709551615");
-    assert_says(&error("a.ply", broken.as_bytes()), &["line 27:", "ends before its last face"]);
-    let broken = text.replace("vertex_indices", "corners");
-    assert_says(&error("a.ply", broken.as_bytes()), &["the faces lack the list `vertex_indices`"]);
-
-    let cut = &little[..little.len() - 40];
-    assert_says(&error("b.ply", cut), &["b.ply: byte ", "ends before its last face"]);
+    let face = |with: &str| text.replace("9 3 0 1 2", with);
+    refusals(
+        |text| error("a.ply", text.as_bytes()),
+        "a.ply: ",
+        &[
+            (&face("9 3 0 1 7"), "line 22: | vertex 7 (from 0) of 5"),
+            (&face("9 3 0 -1 2"), "line 22: | vertex -1"),
+            (&face("9 3 0 1.5 2"), "line 22: | `1.5` is no count or index"),
+            (&text.replace("9 3 0 1 2 1 0.5", "9 3 0"), "line 22: | `` is no count or index"),
+            (
+                &text.replace("element face 3", "element face 18446744073709551615"),
+                "line 27: | ends before its last face",
+            ),
+            (&text.replace("vertex_indices", "corners"), "the faces lack the list `vertex_indices`"),
+        ],
+    );
     let at = little.len() - 3 * 12 - (3 + 5 + 2) * 4 + 1;
     assert_eq!(little[at], 3, "the first face's count");
     let mut lying = little.clone();
     lying[at] = 255;
-    assert_says(&error("b.ply", &lying), &["b.ply: byte ", "of 5"]);
     let header_of = |from: &str, to: &str| {
         let split = little.windows(11).position(|w| w == b"end_header\n").unwrap();
         let header = String::from_utf8(little[..split].to_vec()).unwrap().replace(from, to);
         [header.as_bytes(), &little[split..]].concat()
     };
-    let broken = header_of("list uchar int", "list float int");
-    assert_says(&error("b.ply", &broken), &["`vertex_index` has the type `float`"]);
-    let broken = header_of("element vertex 5", "element vertex 4000000000");
-    assert_says(&error("b.ply", &broken), &["4,000,000,000 vertices of 24 bytes do not fit"]);
-
-    assert_says(&error("c.obj", b"v 1 2 3\nv 1 2\n"), &["c.obj: line 2:", "`` is no coordinate"]);
-    assert_says(&error("c.obj", b"v 1 2 3\nf 1 1 2\n"), &["line 2:", "`2` names no vertex"]);
-    for index in ["0", "-2", "x", "/1", "99999999999999999999"] {
-        let text = format!("v 1 2 3\nf 1 1 {index}\n");
-        assert_says(&error("c.obj", text.as_bytes()), &["line 2:", &format!("`{index}` names no vertex")]);
+    for (bytes, parts) in [
+        (little[..little.len() - 40].to_vec(), &["b.ply: byte ", "ends before its last face"][..]),
+        (lying, &["b.ply: byte ", "of 5"]),
+        (header_of("list uchar int", "list float int"), &["`vertex_index` has the type `float`"]),
+        (header_of("vertex 5", "vertex 4000000000"), &["4,000,000,000 vertices of 24 bytes do not fit"]),
+    ] {
+        assert_says(&error("b.ply", &bytes), parts);
     }
-    assert_says(&error("c.obj", b"v 1 2 3\n"), &["c.obj: the whole file: 1 vertices and no face"]);
-    assert_says(&error("c.obj", &vec![b'v'; 70_000]), &["line 1:", "longer than 65536"]);
-}
-
-/// Every byte of every file, changed in two ways, and every length: an answer, no panic, and triangles
-/// only of vertices that are there.
-#[test]
-fn row_03_no_byte_is_trusted() {
-    let folder = tempfile::tempdir().unwrap();
-    for (name, bytes) in files() {
-        let path = folder.path().join(name);
-        let whole = read(&write(&folder, name, &bytes)).unwrap();
-        for at in 0..bytes.len() {
-            for change in [1, 0xff] {
-                let mut changed = bytes.clone();
-                changed[at] ^= change;
-                fs::write(&path, changed).unwrap();
-                let _ = is_mesh(&path);
-                if let Ok((summary, _)) = read(&path) {
-                    assert!(summary.triangles <= 300, "{name}, byte {at}");
-                }
-            }
-            fs::write(&path, &bytes[..at]).unwrap();
-            if let Ok((summary, _)) = read(&path) {
-                assert!(summary.triangles <= whole.0.triangles);
-            }
-        }
-    }
+    let index = |index: &str| format!("v 1 2 3\nf 1 1 {index}\n");
+    refusals(
+        |text| error("c.obj", text.as_bytes()),
+        "c.obj: ",
+        &[
+            ("v 1 2 3\nv 1 2\n", "line 2: | `` is no coordinate"),
+            (&index("0"), "line 2: | `0` names no vertex"),
+            (&index("2"), "line 2: | `2` names no vertex"),
+            (&index("-2"), "line 2: | `-2` names no vertex"),
+            (&index("x"), "line 2: | `x` names no vertex"),
+            (&index("/1"), "line 2: | `/1` names no vertex"),
+            (&index("99999999999999999999"), "line 2: | `99999999999999999999` names no vertex"),
+            ("v 1 2 3\n", "the whole file: 1 vertices and no face"),
+            (&"v".repeat(70_000), "line 1: | longer than 65536"),
+        ],
+    );
 }
 
 /// Files of other software: `tests/conformance/mesh/make.py` says which.

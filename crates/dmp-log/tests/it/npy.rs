@@ -1,6 +1,6 @@
 //! Arrays of poses: files that `NumPy` wrote (`tests/data`), and files that it would not write.
 
-use crate::common::assert_says;
+use crate::common::{assert_says, refusals};
 use dmp_log::{TrajectoryFormat, parse_kitti, parse_npy, parse_raw, read_raw_trajectory, read_trajectory};
 use dmp_sensor::Trajectory;
 use std::fs;
@@ -58,11 +58,15 @@ fn stamps_come_from_times_txt_as_with_kitti() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("poses.npy");
     fs::copy(data("c_f8.npy"), &path).unwrap();
-    fs::write(folder.path().join("times.txt"), "0\n1e-1\n0.2\n").unwrap();
-    let read = read_trajectory(&path).unwrap();
-    assert_eq!(read.trajectory.stamps_ns(), Some(&[0, 100_000_000, 200_000_000][..]));
-    fs::write(folder.path().join("times.txt"), "0\nx\n0.2\n").unwrap();
-    assert_says(&read_trajectory(&path).unwrap_err().to_string(), &["times.txt: line 2: ", "`x`"]);
+    let beside = |times: &str| {
+        fs::write(folder.path().join("times.txt"), times).unwrap();
+        read_trajectory(&path)
+    };
+    assert_eq!(
+        beside("0\n1e-1\n0.2\n").unwrap().trajectory.stamps_ns(),
+        Some(&[0, 100_000_000, 200_000_000][..])
+    );
+    assert_says(&beside("0\nx\n0.2\n").unwrap_err().to_string(), &["times.txt: line 2: ", "`x`"]);
 }
 
 #[test]
@@ -80,43 +84,41 @@ fn headers_are_read_as_python_reads_them() {
 
 #[test]
 fn other_arrays_are_refused() {
-    let cases = [
-        (
-            "{'descr': '|O', 'fortran_order': False, 'shape': (1, 4, 4), }",
-            &["'|O'", "float64 or float32"][..],
-        ),
-        ("{'descr': '<i8', 'fortran_order': False, 'shape': (1, 4, 4), }", &["'<i8'"]),
-        ("{'descr': [('x', '<f8')], 'fortran_order': False, 'shape': (1, 4, 4), }", &["descr"]),
-        ("{'descr': '<f8', 'fortran_order': False, 'shape': (16,), }", &["(16,)", "N x 4 x 4"]),
-        ("{'descr': '<f8', 'fortran_order': False, 'shape': (), }", &["shape ()"]),
-        ("{'descr': '<f8', 'fortran_order': False, 'shape': (1, 4, 3), }", &["(1, 4, 3)"]),
-        ("{'descr': '<f8', 'fortran_order': False, 'shape': (-1, 4, 4), }", &["(-1, 4, 4)"]),
-        ("{'descr': '<f8', 'fortran_order': maybe, 'shape': (1, 4, 4), }", &["maybe"]),
-        ("{'descr': '<f8', 'fortran_order': False, }", &["not all of"]),
-        (
-            "{'descr': '<f8', 'descr': '<f8', 'fortran_order': False, 'shape': (1, 4, 4), }",
-            &["`descr` twice"],
-        ),
-        ("{'descr': '<f8', 'fortran_order': False, 'shape': (1, 4, 4), 'more': 1}", &["`more`"]),
-        ("{'descr': '<f8' 'fortran_order': False, 'shape': (1, 4, 4), }", &["no comma after `descr`"]),
-        ("{'descr': '<f8', 'fortran_order': False, 'shape': (1, 4, 4", &["no dictionary"]),
-        ("", &["no dictionary"]),
-    ];
-    for (header, parts) in cases {
-        let error = error_of(&npy(header, &IDENTITY));
-        assert_says(&error, &["byte 10: "]);
-        assert_says(&error, parts);
-    }
+    let of = |rest: &str| format!("{{'descr': '<f8', 'fortran_order': False, {rest}");
+    refusals(
+        |header| error_of(&npy(header, &IDENTITY)),
+        "byte 10: ",
+        &[
+            ("{'descr': '|O', 'fortran_order': False, 'shape': (1, 4, 4), }", "'|O' | float64 or float32"),
+            ("{'descr': '<i8', 'fortran_order': False, 'shape': (1, 4, 4), }", "'<i8'"),
+            ("{'descr': [('x', '<f8')], 'fortran_order': False, 'shape': (1, 4, 4), }", "descr"),
+            ("{'descr': '<f8', 'fortran_order': maybe, 'shape': (1, 4, 4), }", "maybe"),
+            ("{'descr': '<f8' 'fortran_order': False, 'shape': (1, 4, 4), }", "no comma after `descr`"),
+            (&of("'shape': (16,), }"), "(16,) | N x 4 x 4"),
+            (&of("'shape': (), }"), "shape ()"),
+            (&of("'shape': (1, 4, 3), }"), "(1, 4, 3)"),
+            (&of("'shape': (-1, 4, 4), }"), "(-1, 4, 4)"),
+            (&of("}"), "not all of"),
+            (&of("'descr': '<f8', 'shape': (1, 4, 4), }"), "`descr` twice"),
+            (&of("'shape': (1, 4, 4), 'more': 1}"), "`more`"),
+            (&of("'shape': (1, 4, 4"), "no dictionary"),
+            ("", "no dictionary"),
+        ],
+    );
     let with = |at: usize, byte: u8| {
         let mut bytes = npy(HEADER, &IDENTITY);
         bytes[at] = byte;
         error_of(&bytes)
     };
-    assert_says(&with(0, b'x'), &["byte 0", "no .npy file", "78, 4e"]);
-    assert_says(&with(6, 4), &["byte 6", "version 4.0"]);
-    assert_says(&with(7, 1), &["version 1.1"]);
-    assert_says(&with(9, 0xff), &["byte 10", "65,398 bytes in a file of 256"]);
-    assert_says(&with(20, 0xff), &["not text"]);
+    for (at, byte, parts) in [
+        (0, b'x', &["byte 0", "no .npy file", "78, 4e"][..]),
+        (6, 4, &["byte 6", "version 4.0"]),
+        (7, 1, &["version 1.1"]),
+        (9, 0xff, &["byte 10", "65,398 bytes in a file of 256"]),
+        (20, 0xff, &["not text"]),
+    ] {
+        assert_says(&with(at, byte), parts);
+    }
     assert_says(&error_of(b"\x93NUMPY\x01\x00\x05"), &["byte 9", "ends within its header"]);
 }
 

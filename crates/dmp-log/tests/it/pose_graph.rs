@@ -1,4 +1,4 @@
-use crate::common::{Random, assert_says};
+use crate::common::{Random, assert_says, refusals};
 use dmp_log::{
     CandidateFault, LoopCandidates, PlaceInFile, PoseGraphFile, parse_g2o, parse_loop_candidates,
     parse_pose_graph, read_loop_candidates, read_pose_graph, write_pose_edges, write_pose_graph,
@@ -132,54 +132,61 @@ fn each_fault_of_a_graph_is_named_with_its_line() {
     let good = format!("{good}EDGE_SE3:QUAT 0 1 0 0 0 0 0 0 1 {UNIT}\n");
     let with_tail = |tail: &str| format!("EDGE_SE3:QUAT 1 0 1 2 3 0 0 0 1 {tail}");
     let indefinite = with_tail("1 0 0 0 0 0 1 0 0 0 0 1 0 0 0 1 0 0 -2.5 0 1");
-    let cases: [(&str, &[&str]); 19] = [
-        ("VERTEX_SE3:QUAT 2 0 0 0 0 0 0 0", &["(0, 0, 0, 0) is zero"]),
-        ("VERTEX_SE3:QUAT 2 0 0 0 0 0 0", &["7 columns", "cut?"]),
-        ("VERTEX_SE3:QUAT 2 0 0 inf 0 0 0 1", &["`inf` is not finite"]),
-        ("VERTEX_SE3:QUAT 1 0 0 4 0 0 0 1", &["the vertex 1 has another pose than in line 3: 4.000 m apart"]),
-        ("VERTEX_SE2 2 0 0 0", &["in the plane", "VERTEX_SE3:QUAT"]),
-        ("EDGE_SE2 0 1 0 0 0 1 0 0 1 0 1", &["in the plane", "EDGE_SE3:QUAT"]),
-        ("EDGE_SE3:QUAT 0 1 0 0 0 0 0 0 1 1 0 0", &["12 columns, expected 30", "or 9", "cut?"]),
-        ("EDGE_SE3:QUAT", &["0 columns", "cut?"]),
-        ("EDGE_SE3:", &["`EDGE_SE3:`", "cut?"]),
-        ("VERTEX_SE", &["`VERTEX_SE`", "cut?"]),
-        ("EDGE_SE3:QUAT 1 0 1 2 3 0 0 0 1", &["an edge without information, that in line 4 has some"]),
-        (&with_tail(UNIT).replace(" 2 ", " nan "), &["`nan` is not finite"]),
-        (&with_tail(UNIT).replace("1 0 1", "1 0.5 1"), &["id `0.5` is no whole number"]),
-        (&with_tail(UNIT).replace("0 0 0 1 1", "0 0 0 2 1"), &["(0, 0, 0, 2) has the norm 2.0000"]),
-        (&with_tail(UNIT).replace("1 0 1 2", "1 77 1 2"), &["the edge from 1 to 77: there is no vertex 77"]),
-        (
-            &with_tail(UNIT).replace("1 0 1 2", "1 1 1 2"),
-            &["from 1 to 1: it leads from the vertex 1 to itself"],
-        ),
-        (&indefinite, &["from 1 to 0: ", "not positive definite: its smallest eigenvalue is -2.500e0"]),
-        ("FIX", &["`FIX` without an id"]),
-        ("FIX 0 5", &["the vertex 5 is to be fixed, and there is no such vertex"]),
-    ];
-    for (line, parts) in cases {
-        fs::write(&path, format!("{good}{line}\n# the end\n")).unwrap();
-        let error = read_pose_graph(&path).unwrap_err().to_string();
-        assert_says(&error, &["graph.g2o: line 5: "]);
-        assert_says(&error, parts);
-    }
+    refusals(
+        |line| {
+            fs::write(&path, format!("{good}{line}\n# the end\n")).unwrap();
+            read_pose_graph(&path).unwrap_err().to_string()
+        },
+        "graph.g2o: line 5: ",
+        &[
+            ("VERTEX_SE3:QUAT 2 0 0 0 0 0 0 0", "(0, 0, 0, 0) is zero"),
+            ("VERTEX_SE3:QUAT 2 0 0 0 0 0 0", "7 columns | cut?"),
+            ("VERTEX_SE3:QUAT 2 0 0 inf 0 0 0 1", "`inf` is not finite"),
+            (
+                "VERTEX_SE3:QUAT 1 0 0 4 0 0 0 1",
+                "the vertex 1 has another pose than in line 3: 4.000 m apart",
+            ),
+            ("VERTEX_SE2 2 0 0 0", "in the plane | VERTEX_SE3:QUAT"),
+            ("EDGE_SE2 0 1 0 0 0 1 0 0 1 0 1", "in the plane | EDGE_SE3:QUAT"),
+            ("EDGE_SE3:QUAT 0 1 0 0 0 0 0 0 1 1 0 0", "12 columns, expected 30 | or 9 | cut?"),
+            ("EDGE_SE3:QUAT", "0 columns | cut?"),
+            ("EDGE_SE3:", "`EDGE_SE3:` | cut?"),
+            ("VERTEX_SE", "`VERTEX_SE` | cut?"),
+            ("EDGE_SE3:QUAT 1 0 1 2 3 0 0 0 1", "an edge without information, that in line 4 has some"),
+            (&with_tail(UNIT).replace(" 2 ", " nan "), "`nan` is not finite"),
+            (&with_tail(UNIT).replace("1 0 1", "1 0.5 1"), "id `0.5` is no whole number"),
+            (&with_tail(UNIT).replace("0 0 0 1 1", "0 0 0 2 1"), "(0, 0, 0, 2) has the norm 2.0000"),
+            (&with_tail(UNIT).replace("1 0 1 2", "1 77 1 2"), "the edge from 1 to 77: there is no vertex 77"),
+            (
+                &with_tail(UNIT).replace("1 0 1 2", "1 1 1 2"),
+                "from 1 to 1: it leads from the vertex 1 to itself",
+            ),
+            (&indefinite, "from 1 to 0: | not positive definite: its smallest eigenvalue is -2.500e0"),
+            ("FIX", "`FIX` without an id"),
+            ("FIX 0 5", "the vertex 5 is to be fixed, and there is no such vertex"),
+        ],
+    );
 }
 
 #[test]
-fn what_is_no_graph_is_told_what_it_is() {
+fn what_is_no_graph_is_refused_with_what_it_is() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("graph.g2o.gz");
     let error = |bytes: &[u8]| {
         fs::write(&path, bytes).unwrap();
         read_pose_graph(&path).unwrap_err().to_string()
     };
-    assert_says(
-        &error(b"\x1f\x8b\x08\x08 packed"),
-        &["graph.g2o.gz: the whole file: packed by gzip", "gunzip"],
+    refusals(
+        |text| error(text.as_bytes()),
+        "graph.g2o.gz: ",
+        &[
+            ("", "no vertices `VERTEX_SE3:QUAT`, but nothing"),
+            ("1.5 1 2 3 0 0 0 1\n2.5 1 2 3 0 0 0 1\n1.5\n", "but 2 `1.5`, 1 `2.5`"),
+            ("A\nB\nC\nD\n", "but 1 `A`, 1 `B`, 1 `C`, others"),
+            ("FIX 3\n", "no vertices"),
+        ],
     );
-    assert_says(&error(b""), &["no vertices `VERTEX_SE3:QUAT`, but nothing"]);
-    assert_says(&error(b"1.5 1 2 3 0 0 0 1\n2.5 1 2 3 0 0 0 1\n1.5\n"), &["but 2 `1.5`, 1 `2.5`"]);
-    assert_says(&error(b"A\nB\nC\nD\n"), &["but 1 `A`, 1 `B`, 1 `C`, others"]);
-    assert_says(&error(b"FIX 3\n"), &["no vertices"]);
+    assert_says(&error(b"\x1f\x8b\x08\x08 packed"), &["the whole file: packed by gzip", "gunzip"]);
     assert_says(&error(b"VERTEX_SE3:QUAT 0 \xff\xfe"), &["line 1: not text"]);
     assert!(read_pose_graph(&folder.path().join("none")).unwrap_err().is_usage());
 }

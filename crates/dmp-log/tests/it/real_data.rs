@@ -34,20 +34,6 @@ fn rs32_has_times_of_points() {
 }
 
 #[test]
-fn nclt_has_no_times() {
-    let Some(path) = data("nclt_revisit") else { return };
-    let log = open(&path);
-    assert_eq!(log.frames().len(), 326);
-    let scans = read_all(&*log);
-    assert!(scans.iter().all(|scan| scan.stamp_ns.is_none() && scan.time_offsets_ns.is_empty()));
-    let nearest =
-        scans.iter().flat_map(|scan| &scan.points_in_sensor_m).map(|p| p[0].hypot(p[1]).hypot(p[2]));
-    assert!(nearest.fold(f32::INFINITY, f32::min) > 3.8);
-    let run = read_trajectory(&path.join("poses_lidar_odometry.txt")).unwrap();
-    assert_eq!((run.trajectory.len(), run.out_of_order, run.repeated), (326, 0, 0));
-}
-
-#[test]
 fn las_maps_are_read_whole() {
     // The first is 1177.46 ft wide and says so; the second is in metres.
     for (name, points, extent_m) in [("autzen_trim.laz", 110_000, 358.89), ("lone-star.laz", 518_862, 32.445)]
@@ -64,16 +50,6 @@ fn las_maps_are_read_whole() {
         let in_feet =
             summary.unit_note.is_some_and(|note| note.starts_with("in feet, heights too by its GeoTIFF"));
         assert_eq!(in_feet, name == "autzen_trim.laz");
-    }
-}
-
-#[test]
-fn kitti_rows_of_a_pose_graph_are_read() {
-    for name in ["scdlo_odom_poses.txt", "scdlo_optimized_poses.txt"] {
-        let Some(path) = data("pose_graphs") else { return };
-        let run = read_trajectory(&path.join(name)).unwrap();
-        assert_eq!((run.trajectory.len(), run.format), (292, TrajectoryFormat::Kitti));
-        assert_eq!(run.trajectory.stamps_ns(), None);
     }
 }
 

@@ -45,10 +45,10 @@ fn stamp_ns(scan: u32) -> i64 {
     START_NS + 100_000_000 * i64::from(scan)
 }
 
-fn write(path: &Path, told: u64) -> Result<(), LogError> {
+fn write(path: &Path, promised: u64) -> Result<(), LogError> {
     let format = ResidualFormat::of_extension(path.extension().unwrap().to_str().unwrap()).unwrap();
     let near_m = points(0)[0].point_in_world_m;
-    let head = ResidualHead { run: "slam", points: told, near_m, start_ns: Some(START_NS) };
+    let head = ResidualHead { run: "slam", points: promised, near_m, start_ns: Some(START_NS) };
     let mut writer = ResidualWriter::create(path, format, &head)?;
     for scan in 0..SCANS {
         let head = ScoredScan { stamp_ns: Some(stamp_ns(scan)), world_from_sensor: pose(scan) };
@@ -142,7 +142,7 @@ fn mcap_plays_scans_in_the_frame_of_a_sensor_that_moves() {
 fn what_cannot_be_said_leaves_nothing() {
     let folder = tempfile::tempdir().unwrap();
     for name in ["wrong.ply", "wrong.laz"] {
-        assert!(write(&folder.path().join(name), 7).unwrap_err().to_string().contains("7 were told"));
+        assert!(write(&folder.path().join(name), 7).unwrap_err().to_string().contains("7 were promised"));
     }
     let head = ResidualHead { run: "slam", points: 1, near_m: [0.0; 3], start_ns: None };
     let scan = ScoredScan { stamp_ns: None, world_from_sensor: Isometry3::identity() };

@@ -198,7 +198,7 @@ fn stamps_come_from_dates_or_names() {
 }
 
 #[test]
-fn several_formats_are_refused_but_a_map_beside_scans_is_left_aside() {
+fn what_is_beside_scans_is_no_scan() {
     let (pcd, ply) = (pcd(&rows(), "binary"), ply(&rows(), "ascii"));
     let folder = folder_of(&[("0.pcd", &pcd), ("1.pcd", &pcd), ("0.ply", &ply), ("._2.pcd", b"junk")]);
     let error = open_log(folder.path(), &LogOptions::default()).unwrap_err();
@@ -207,18 +207,17 @@ fn several_formats_are_refused_but_a_map_beside_scans_is_left_aside() {
     write(&folder.path().join("2.pcd"), &pcd);
     let log = open(folder.path());
     assert_eq!(log.frames().len(), 3);
-    assert_says(&log.summary().notes.join("; "), &["left aside", "1 .ply"]);
-}
+    assert_says(&log.summary().notes.join("; "), &["ignored, as they are no scans", "1 .ply"]);
 
-#[test]
-fn a_map_beside_the_folder_of_scans_is_no_scan() {
-    let scan = pcd(&rows(), "binary");
-    let map = ply(&rows(), "ascii");
-    let folder = folder_of(&[("map.ply", &map), ("scans/0.pcd", &scan), ("scans/1.pcd", &scan)]);
+    // A map beside the folder of scans, or beside a bag; alone it is a scan.
+    let folder = folder_of(&[("map.ply", &ply), ("scans/0.pcd", &pcd), ("scans/1.pcd", &pcd)]);
     let log = open(folder.path());
     assert_eq!((log.summary().format, log.frames().len()), (LogFormat::PcdFolder, 2));
     fs::remove_dir_all(folder.path().join("scans")).unwrap();
     assert_eq!(open(folder.path()).summary().format, LogFormat::PlyFolder);
+    let bag = crate::common::scans(2, 5, true);
+    crate::common::write_mcap(&folder.path().join("log.mcap"), &bag, dmp_log::McapCompression::None);
+    assert_eq!(open(folder.path()).frames().len(), 2);
 }
 
 #[test]
@@ -265,17 +264,4 @@ fn a_word_that_is_no_number_ends_a_text() {
     let messy = text.replace('\n', "\r\n").replace(" -1.5", "\t -1.5").replace("\n5.25", "\n\r\n5.25");
     write(&folder.path().join("1.pcd"), messy.trim_end());
     assert_eq!(open(folder.path()).summary().damage, []);
-}
-
-#[test]
-fn a_bag_with_one_map_beside_it_is_a_bag() {
-    let folder = folder_of(&[("map.pcd", &pcd(&rows(), "ascii"))]);
-    crate::common::write_mcap(
-        &folder.path().join("log.mcap"),
-        &crate::common::scans(2, 5, true),
-        dmp_log::McapCompression::None,
-    );
-    assert_eq!(open(folder.path()).frames().len(), 2);
-    fs::remove_file(folder.path().join("log.mcap")).unwrap();
-    assert_eq!(open(folder.path()).summary().format, LogFormat::PcdFolder);
 }

@@ -2,8 +2,7 @@
 
 use crate::common::{assert_says, open, open_error, read_all};
 use crate::scan_folder::{Row, files, folder_of, pcd, ply, rows};
-use dmp_log::{FolderFormat, FolderScanWriter, LogOptions};
-use dmp_sensor::Scan;
+use dmp_log::LogOptions;
 use std::fs;
 
 /// The only damage of a folder of two scans, the second of which is `bytes`.
@@ -166,39 +165,4 @@ fn row_10_fields_that_make_no_sense_are_named() {
     let (_, what, scans) = damage("pcd", &good, &replaced(&good, "z t\n", "z u\n"));
     assert_says(&what, &["no field `t`", "skipped"]);
     assert_eq!(scans, 1);
-}
-
-#[test]
-fn row_11_bytes_in_either_order_give_the_same_points() {
-    let (little, big) = (ply(&rows(), "binary_little_endian"), ply(&rows(), "binary_big_endian"));
-    let folder = folder_of(&[("0.ply", &little), ("1.ply", &big)]);
-    let scans = read_all(&*open(folder.path()));
-    assert_eq!(scans[0], scans[1]);
-    assert_eq!(scans[0].points_in_sensor_m[2], [2.25, -1.5, 1.0]);
-}
-
-#[test]
-fn row_13_identical_points_are_all_there() {
-    let folder = tempfile::tempdir().unwrap();
-    let one = Scan {
-        stamp_ns: None,
-        points_in_sensor_m: vec![[1.0, -2.0, 0.5]; 200_000],
-        time_offsets_ns: vec![5_000_000; 200_000],
-    };
-    for format in [FolderFormat::Bin, FolderFormat::Pcd, FolderFormat::Ply, FolderFormat::Laz] {
-        let path = folder.path().join(format.extension());
-        let mut writer = FolderScanWriter::create(&path, format).unwrap();
-        writer.write_scan(&one).unwrap();
-        writer.finish().unwrap();
-        let read = read_all(&*open(&path)).remove(0);
-        assert!(read.len() == one.len() && read.points_in_sensor_m.iter().all(|p| *p == [1.0, -2.0, 0.5]));
-    }
-    let same = vec![rows()[3]; 1000];
-    for (extension, way, bytes) in files(&same) {
-        let name = format!("0.{extension}");
-        let folder = folder_of(&[(&name, &bytes)]);
-        let log = open(folder.path());
-        assert_eq!(log.summary().returns, 1000, "{way}");
-        assert_says(&log.summary().notes.join("; "), &["field `t`", "the same for all points"]);
-    }
 }

@@ -191,7 +191,7 @@ fn isometry(x: f64, yaw: f64) -> Isometry3<f64> {
     Isometry3::new(Vector3::new(x, 0.2 * x, 0.0), Vector3::new(0.0, 0.1 * yaw, yaw))
 }
 
-/// A correction of the map once a second, odometry at 20 Hz, a joint told again and again that stands, and
+/// A correction of the map once a second, odometry at 20 Hz, a joint sent again and again that stands, and
 /// a fixed sensor.
 fn robot() -> Bag {
     let mut messages = vec![(1, transforms(&[(0, "mast", "lidar", isometry(0.3, 1.0))]))];
@@ -268,11 +268,11 @@ fn row_18_a_gap_in_a_link_leaves_stamps_out() {
     }
     let run = bag(&[TF], &messages).read("/tf").unwrap();
     assert_eq!(run.trajectory.len(), 91 - 59);
-    assert_says(&run.notes.join("; "), &["59 stamps left out"]);
+    assert_says(&run.notes.join("; "), &["59 stamps excluded"]);
 }
 
 #[test]
-fn a_log_tells_its_static_frames() {
+fn a_log_has_its_static_frames() {
     let scan = crate::common::Message::of(&[[1.0, 2.0, 3.0]; 8]).encode();
     let broken = transforms(&[(0, "base_link", "lidar", isometry(1.0, 0.5))]);
     let messages = [

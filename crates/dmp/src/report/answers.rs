@@ -47,18 +47,6 @@ impl Report {
 
     /// Which run made the best map: one that is decided to be better than every other, be it alone, or the first of the
     /// order with those that it is not decided to be better than. `None` where there is no run.
-    ///
-    /// ```
-    /// use dmp::{Best, Report};
-    ///
-    /// fn in_words(report: &Report) -> String {
-    ///     match report.best() {
-    ///         Some(Best::Run(run)) => format!("{} made the best map", run.name),
-    ///         Some(Best::Tie(runs)) => format!("it is one of {} runs", runs.len()),
-    ///         None => "no run was scored".to_owned(),
-    ///     }
-    /// }
-    /// ```
     pub fn best(&self) -> Option<Best<'_>> {
         let mut order = self.in_order();
         let first = order.next()?;
@@ -92,14 +80,6 @@ impl Report {
 
     /// A run's score at a truncation, m²: `R_cv` or `R_near`, by `basis`. `None` also where the run is not there, has no
     /// such score, or none at `scale_m`.
-    ///
-    /// ```
-    /// use dmp::{Basis, Report};
-    ///
-    /// fn sharpness_cm(report: &Report, run: &str) -> Option<f64> {
-    ///     report.score_of(run, Basis::CrossValidated, 0.5).map(|square_m2| 100.0 * square_m2.sqrt())
-    /// }
-    /// ```
     pub fn score_of(&self, run: &str, basis: Basis, scale_m: f64) -> Option<f64> {
         self.run(run)?.scores(basis).at(scale_m)
     }

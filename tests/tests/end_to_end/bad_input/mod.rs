@@ -1,65 +1,158 @@
-//! The list of bad inputs, through the command: every test is called after its row in `docs/bad-input.md`.
+//! The list of bad inputs in `docs/bad-input.md`, row by row, through the command.
 //!
-//! A row ends in one of two ways: refused in one line (`refused`), or scored with what is lost or doubtful
-//! named (`scored`, which looks at the exit code and at what is on standard error).
+//! A row is an entry of a [`table::Row`], with what is made and the commands and their ends, or a test called `row_NN_...` where
+//! a line is not enough. On Unix: limits of the shell, links and pipes are part of many rows.
+#![cfg(unix)]
 
-mod beside;
-mod bounds;
-mod crashes;
-mod foreign;
-mod in_place;
-mod log_bytes;
-mod log_files;
-mod maps;
-mod messages;
+mod clouds;
+mod logs;
 mod outputs;
-mod points;
 mod raw;
-mod shared_folders;
+mod runs;
+mod shared;
 mod stopping;
-mod times;
-mod trajectories;
-mod untold;
+mod table;
+mod texts;
 
-use std::path::Path;
-use std::process::{Command, Output};
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use std::sync::OnceLock;
+use std::time::Duration;
 
-use dmp_log::{FolderFormat, FolderScanWriter, write_tum};
-use dmp_sensor::{Scan, Trajectory};
+use dmp_log::{FolderFormat, FolderScanWriter, read_trajectory, write_tum};
+use dmp_sensor::{Isometry3, Scan, Trajectory};
 use serde_json::Value;
 use tempfile::TempDir;
 
-use crate::common::{dmp, drift, small_town, text, workspace, write_mcap};
+use crate::common::{dmp_command, drift, small_town, text, workspace, write_mcap};
+
+/// Options in one place, as several rows have them.
+const GATE: &str = "--expect R_near_5<4.9";
+const GATE_THAT_FAILS: &str = "--expect R_near_5<0.01cm";
+const KEEPING_WORK: &str = "--work work --resume=0";
 
 /// A folder with a drive of 24 scans as `town.mcap`, its truth and a wrong copy of that; and its scans.
-fn town() -> (TempDir, Vec<Scan>) {
-    let folder = tempfile::tempdir().unwrap();
-    let (scans, truth) = small_town(24, 150);
-    write_mcap(&folder.path().join("town.mcap"), &scans);
-    save_tum(&folder.path().join("truth.tum"), &truth);
-    save_tum(&folder.path().join("drift.tum"), &drift(0.5).apply(&truth).unwrap());
-    (folder, scans)
+struct Town {
+    folder: TempDir,
+    scans: &'static [Scan],
+    /// Commands and their ends beside those of a row, where they depend on what is made.
+    lines: RefCell<Vec<String>>,
+    /// Reports of commands that several lines compare with.
+    reports: RefCell<BTreeMap<String, Value>>,
 }
 
-fn save_tum(path: &Path, trajectory: &Trajectory) {
-    let mut lines = Vec::new();
-    write_tum(&mut lines, trajectory).unwrap();
-    std::fs::write(path, lines).unwrap();
+impl Town {
+    fn new() -> Self {
+        static DRIVE: OnceLock<(Vec<Scan>, Trajectory)> = OnceLock::new();
+        let (scans, truth) = DRIVE.get_or_init(|| small_town(24, 150));
+        let town = Self {
+            folder: tempfile::tempdir().unwrap(),
+            scans,
+            lines: RefCell::default(),
+            reports: RefCell::default(),
+        };
+        write_mcap(&town.path("town.mcap"), scans);
+        town.tum("truth.tum", truth);
+        town.tum("drift.tum", &drift(0.5).apply(truth).unwrap());
+        town
+    }
+
+    fn root(&self) -> &Path {
+        self.folder.path()
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.root().join(name)
+    }
+
+    /// Writes a file, and the folders that it is in.
+    fn write(&self, name: &str, bytes: impl AsRef<[u8]>) {
+        fs::create_dir_all(self.path(name).parent().unwrap()).unwrap();
+        fs::write(self.path(name), bytes).unwrap();
+    }
+
+    fn read(&self, name: &str) -> Vec<u8> {
+        fs::read(self.path(name)).unwrap()
+    }
+
+    fn mcap(&self, name: &str, scans: &[Scan]) {
+        write_mcap(&self.path(name), scans);
+    }
+
+    fn tum(&self, name: &str, trajectory: &Trajectory) {
+        let mut lines = Vec::new();
+        write_tum(&mut lines, trajectory).unwrap();
+        self.write(name, lines);
+    }
+
+    /// A run of the drive with other stamps and poses; poses without any are dropped.
+    fn changed(
+        &self,
+        run: &str,
+        change: impl Fn(i64, Isometry3<f64>) -> Option<(i64, Isometry3<f64>)>,
+    ) -> Trajectory {
+        let run = read_trajectory(&self.path(run)).unwrap().trajectory;
+        let poses = run.stamps_ns().unwrap().iter().copied().zip(run.poses().iter().copied());
+        Trajectory::stamped(poses.filter_map(|(ns, pose)| change(ns, pose)).collect()).unwrap().trajectory
+    }
+
+    /// Scans as a folder of files.
+    fn scans(&self, name: &str, scans: &[Scan], format: FolderFormat) {
+        let mut writer = FolderScanWriter::create(&self.path(name), format).unwrap();
+        scans.iter().for_each(|scan| writer.write_scan(scan).unwrap());
+        writer.finish().unwrap();
+    }
+
+    /// Changes the bytes of a file.
+    fn change(&self, name: &str, how: impl FnOnce(&mut Vec<u8>)) {
+        let mut bytes = self.read(name);
+        how(&mut bytes);
+        self.write(name, bytes);
+    }
+
+    /// One more command and its end.
+    fn line(&self, line: String) {
+        self.lines.borrow_mut().push(line);
+    }
+
+    /// Runs a command that must succeed; returns what it prints.
+    fn make(&self, arguments: &str) -> Vec<u8> {
+        let output = run(self.root(), "", arguments);
+        assert_eq!(output.status.code(), Some(0), "{arguments}: {}", text(&output.stderr));
+        output.stdout
+    }
+
+    /// The report of a command that must succeed, once for all lines.
+    fn report(&self, arguments: &str) -> Value {
+        let mut reports = self.reports.borrow_mut();
+        reports.entry(arguments.to_owned()).or_insert_with(|| report(self.root(), "", arguments, 0)).clone()
+    }
+
+    fn pipe(&self, name: &str) {
+        assert!(Command::new("mkfifo").arg(self.path(name)).status().unwrap().success());
+    }
 }
 
-fn write_folder(path: &Path, scans: &[Scan], format: FolderFormat) {
-    let mut writer = FolderScanWriter::create(path, format).unwrap();
-    scans.iter().for_each(|scan| writer.write_scan(scan).unwrap());
-    writer.finish().unwrap();
+/// Runs the command under limits of the shell, such as `ulimit -n 40`, for two minutes at most. Writing beyond a limit of file
+/// sizes is an error to it, as a full disk is.
+fn run(folder: &Path, limits: &str, arguments: &str) -> Output {
+    let samples = workspace().join("data-samples").display().to_string();
+    let arguments = arguments.split_whitespace().map(|argument| argument.replace('@', &samples));
+    let script = format!("trap '' XFSZ; {limits}\nexec timeout 120 \"$0\" \"$@\"");
+    let mut command = Command::new("sh");
+    command.args(["-c", &script, env!("CARGO_BIN_EXE_dmp-under-test")]).args(arguments).current_dir(folder);
+    for name in ["COLUMNS", "NO_COLOR", "CLICOLOR", "CLICOLOR_FORCE", "GITHUB_ACTIONS"] {
+        command.env_remove(name);
+    }
+    command.stdin(Stdio::null()).output().unwrap()
 }
 
-/// The report of a command that is to end with `code` and say nothing beside it.
-fn scored(folder: &Path, arguments: &str, code: i32) -> Value {
-    let output = dmp(folder, &format!("{arguments} --json --quiet"));
-    report_of(&output, arguments, code)
-}
-
-fn report_of(output: &Output, arguments: &str, code: i32) -> Value {
+/// The report of a command that is to end with `code` and print nothing on standard error.
+fn report(folder: &Path, limits: &str, arguments: &str, code: i32) -> Value {
+    let output = run(folder, limits, &format!("{arguments} --json --quiet"));
     assert_eq!(output.status.code(), Some(code), "{arguments}\n{}", text(&output.stderr));
     assert_eq!(text(&output.stderr), "", "{arguments}");
     let mut report: Value = serde_json::from_slice(&output.stdout).unwrap();
@@ -74,66 +167,62 @@ fn report_of(output: &Output, arguments: &str, code: i32) -> Value {
     report
 }
 
-/// Whether some text of a list holds all the words.
-fn says(list: &Value, words: &[&str]) -> bool {
-    list.as_array().unwrap().iter().any(|item| words.iter().all(|word| item.to_string().contains(word)))
-}
-
-/// What is to be equal where two logs hold the same: the runs, their order and their pairs.
+/// What is equal where two logs hold the same: the runs, their order and their pairs.
 fn scores(report: &Value) -> Value {
     serde_json::json!([report["runs"], report["order"], report["pairs"]])
 }
 
-/// The scores in numbers, of each run.
-fn numbers(report: &Value) -> Vec<f64> {
-    let runs = report["runs"].as_array().unwrap();
-    let of_run = |run: &Value| {
-        let near = |scale: &str| run["r_near_m2"][scale].as_f64().unwrap();
-        [
-            run["dmp_sum_m2"].as_f64().unwrap(),
-            near("5"),
-            near("2"),
-            near("0.5"),
-            run["miss_rate"].as_f64().unwrap(),
-        ]
-    };
-    runs.iter().flat_map(of_run).collect()
-}
-
-fn assert_close(a: &Value, b: &Value, tolerance: f64) {
-    let (of_a, of_b) = (numbers(a), numbers(b));
-    assert_eq!(of_a.len(), of_b.len());
-    let close = of_a.iter().zip(&of_b).all(|(a, b)| (a / b - 1.0).abs() < tolerance);
-    assert!(close, "{of_a:?}\n{of_b:?}");
-}
-
-/// The command under limits of the shell, such as `ulimit -n 40`. Writing beyond a limit of file sizes is an
-/// error to it, as a full disk is.
-#[cfg(unix)]
-fn dmp_limited(folder: &Path, limits: &str, arguments: &str) -> Output {
-    let samples = workspace().join("data-samples").display().to_string();
-    let arguments = arguments.split_whitespace().map(|argument| argument.replace('@', &samples));
-    let script = format!("trap '' XFSZ; {limits}; exec \"$0\" \"$@\"");
-    let dmp = env!("CARGO_BIN_EXE_dmp-under-test");
-    Command::new("sh").args(["-c", &script, dmp]).args(arguments).current_dir(folder).output().unwrap()
-}
-
-/// A command under limits that is to fail in one line with all the words.
-#[cfg(unix)]
-fn refused_limited(folder: &Path, limits: &str, arguments: &str, words: &[&str]) {
-    let output = dmp_limited(folder, limits, &format!("{arguments} --quiet"));
-    let stderr = text(&output.stderr);
-    assert_eq!(output.status.code(), Some(1), "{arguments}\n{stderr}");
-    assert!(stderr.lines().count() == 1 && stderr.starts_with("error: "), "{arguments}\n{stderr}");
-    assert!(words.iter().all(|word| stderr.contains(word)), "{arguments}: {words:?} not in\n{stderr}");
-    assert_eq!(text(&output.stdout), "", "{arguments}");
-}
-
 /// The names in a folder, hidden ones too, in order.
 fn names_in(folder: &Path) -> Vec<String> {
-    let entries = std::fs::read_dir(folder).unwrap();
+    let entries = fs::read_dir(folder).unwrap();
     let mut names: Vec<String> =
         entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
     names.sort();
     names
+}
+
+/// Everything below a folder: files with what is in them, links with where they lead, folders, pipes. Of large files the length
+/// and the time of change.
+fn contents(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
+    let mut found = Vec::new();
+    for entry in fs::read_dir(folder).unwrap().map(Result::unwrap) {
+        let (path, about) = (entry.path(), entry.metadata().unwrap());
+        let content = if about.is_dir() {
+            found.extend(contents(&path));
+            Vec::new()
+        } else if about.is_symlink() {
+            fs::read_link(&path).unwrap().to_string_lossy().into_owned().into()
+        } else if about.is_file() && about.len() < 1 << 24 {
+            fs::read(&path).unwrap()
+        } else {
+            format!("{} {:?}", about.len(), about.modified()).into()
+        };
+        found.push((path, content));
+    }
+    found.sort();
+    found
+}
+
+/// Starts the command, its standard error kept.
+fn begin(folder: &Path, arguments: &str) -> std::process::Child {
+    let mut command = dmp_command(folder, arguments);
+    command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap()
+}
+
+/// Sends a signal to a process, which may have ended meanwhile.
+fn signal(child: &std::process::Child, name: &str) {
+    Command::new("kill").args([name, &child.id().to_string()]).stderr(Stdio::null()).status().unwrap();
+}
+
+/// The exit code of a process that is to end by itself within a minute, and its standard error.
+fn ended(mut child: std::process::Child) -> (Option<i32>, String) {
+    for _ in 0..600 {
+        if child.try_wait().unwrap().is_some() {
+            let output = child.wait_with_output().unwrap();
+            return (output.status.code(), text(&output.stderr));
+        }
+        std::thread::sleep(Duration::from_millis(100));
+    }
+    child.kill().unwrap();
+    panic!("it does not end: {}", text(&child.wait_with_output().unwrap().stderr));
 }

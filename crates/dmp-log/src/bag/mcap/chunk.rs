@@ -128,7 +128,7 @@ impl ChunkDecoder {
 
     /// Takes note of whether a chunk that is not read has a checksum.
     pub(super) fn pass_over(&mut self, source: &mut Source, at: u64, body_bytes: u64) -> io::Result<()> {
-        // What is wrong with one that is too short is told when it is read.
+        // What is wrong with one that is too short is reported when it is read.
         if body_bytes >= FIXED_BYTES {
             let mut fixed = [0; FIXED_BYTES as usize];
             source.read_at(at + HEAD_BYTES, &mut fixed)?;

@@ -82,7 +82,7 @@ impl Pass<'_, '_> {
         Ok(())
     }
 
-    /// Reads a chunk for the channels that are described in it. What is wrong with it is told when its
+    /// Reads a chunk for the channels that are described in it. What is wrong with it is reported when its
     /// messages are wanted.
     fn learn_channels(&mut self, source: &mut Source, chunk: &PassedOver) -> io::Result<()> {
         if let Some(heads) = &mut self.heads {

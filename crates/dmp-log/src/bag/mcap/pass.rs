@@ -112,7 +112,7 @@ impl Pass<'_, '_> {
         Ok(())
     }
 
-    /// Whether a chunk gave its records; what is wrong with it is told.
+    /// Whether a chunk gave its records; what is wrong with it is reported.
     fn is_whole(&mut self, decoded: Result<(), ChunkFault>, at: u64, body_bytes: u64) -> io::Result<bool> {
         match decoded {
             Ok(()) => Ok(true),

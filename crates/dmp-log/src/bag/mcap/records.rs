@@ -83,7 +83,7 @@ impl Source {
 }
 
 /// The records in a chunk's contents or in a summary: type, place of the body, body. Ends where a record
-/// is cut, which [`Records::rest`] tells.
+/// is cut, which [`Records::rest`] says.
 #[derive(Debug)]
 pub(super) struct Records<'a> {
     bytes: &'a [u8],

@@ -115,7 +115,7 @@ fn first(failure: &Failure) -> io::Result<()> {
     failure.lock().unwrap_or_else(PoisonError::into_inner).take().map_or(Ok(()), Err)
 }
 
-/// A file whose failures are remembered instead of told: the LAS writer panics over those that it meets on its way out.
+/// A file whose failures are remembered instead of returned: the LAS writer panics over those that it meets on its way out.
 struct Recording {
     file: BufWriter<File>,
     failure: Failure,

@@ -39,7 +39,7 @@ pub(crate) struct TableWriter {
     // Dropped first: the writer may still write while it is dropped.
     out: Output,
     output: OutputFile,
-    told: u64,
+    promised: u64,
     written: u64,
 }
 
@@ -76,7 +76,7 @@ impl TableWriter {
             }
         };
         let out = out.map_err(|e| LogError::io(path, "write", e))?;
-        Ok(Self { out, output, told: points, written: 0 })
+        Ok(Self { out, output, promised: points, written: 0 })
     }
 
     /// Writes the next row: a place, a time for formats that have one of their own, seconds, and the columns' numbers
@@ -106,13 +106,15 @@ impl TableWriter {
     /// Gives the file its name.
     ///
     /// # Errors
-    /// When the end cannot be written, or there were not as many rows as told.
+    /// When the end cannot be written, or there were not as many rows as promised.
     pub(crate) fn finish(self) -> Result<(), LogError> {
-        let Self { output, out, told, written } = self;
+        let Self { output, out, promised, written } = self;
         let target = output.target().to_path_buf();
         let io = |e| LogError::io(&target, "write", e);
-        if told != written {
-            return Err(io(io::Error::other(format!("{written} points were given, {told} were told"))));
+        if promised != written {
+            return Err(io(io::Error::other(format!(
+                "{written} points were given, {promised} were promised"
+            ))));
         }
         let file = match out {
             Output::Rows(file) => file,

@@ -12,7 +12,7 @@ fn pool(threads: usize) -> ThreadPool {
 
 /// What is read of a file, batch by batch: the number of the first point, and records or an error. After an error reading goes
 /// on behind the chunk that it is in.
-fn told(file: &[u8], batch: u64, is_ahead: bool) -> Vec<(u64, Result<Vec<u8>, String>)> {
+fn read_as(file: &[u8], batch: u64, is_ahead: bool) -> Vec<(u64, Result<Vec<u8>, String>)> {
     let header = match check(file) {
         Ok(header) => header,
         Err(problem) => return vec![(0, Err(problem))],
@@ -23,25 +23,25 @@ fn told(file: &[u8], batch: u64, is_ahead: bool) -> Vec<(u64, Result<Vec<u8>, St
     if is_ahead {
         reader.go_ahead();
     }
-    let (mut told, mut next) = (Vec::new(), 0);
+    let (mut found, mut next) = (Vec::new(), 0);
     while next < points {
         let count = batch.min(points - next);
         let mut records = vec![0; count as usize * record_bytes];
         reader.seek(next);
         let read = reader.read(&mut records).map_err(|e| e.to_string());
         let after = if read.is_ok() { next + count } else { layout.end_of_chunk(next).unwrap_or(points) };
-        told.push((next, read.map(|()| records)));
+        found.push((next, read.map(|()| records)));
         next = after;
     }
-    told
+    found
 }
 
 #[track_caller]
 fn compare(file: &[u8], pool: &ThreadPool, what: &str) -> usize {
     let mut errors = 0;
     for batch in [70, 1000, 65_536] {
-        let one_by_one = told(file, batch, false);
-        let ahead = pool.install(|| told(file, batch, true));
+        let one_by_one = read_as(file, batch, false);
+        let ahead = pool.install(|| read_as(file, batch, true));
         assert!(one_by_one == ahead, "{what}, in batches of {batch}");
         errors += one_by_one.iter().filter(|(_, read)| read.is_err()).count();
     }
@@ -80,7 +80,7 @@ fn a_table_that_is_elsewhere_or_nowhere_makes_no_difference() {
     let offset: [u8; 8] = file[data_at..data_at + 8].try_into().unwrap();
     file[data_at..data_at + 8].fill(0xff);
     file.extend(offset);
-    assert_eq!(compare(&file, &pool(2), "the table's place is told at the end"), 0);
+    assert_eq!(compare(&file, &pool(2), "the table's place is at the end"), 0);
     let end = file.len() - 8;
     file[end..].fill(0xff);
     assert_eq!(compare(&file, &pool(2), "there is no table"), 3);
@@ -104,7 +104,7 @@ fn a_broken_chunk_costs_the_same_points() {
 }
 
 #[test]
-fn damage_is_told_in_the_same_words() {
+fn damage_is_named_in_the_same_words() {
     let (pool, mut random) = (pool(2), Random(12));
     for format in [0, 1, 3, 6, 7, 8] {
         let (file, data_at, table_at) = small(format, 3000, 700);

@@ -1,308 +1,257 @@
-use super::seeds;
-use crate::common::{self, Channel, POINTS};
-use crate::scan_folder;
-use crate::topics::{ODOMETRY, PATH, POSES, TF};
-use dmp_log::McapCompression::{Lz4, None as Unpacked, Zstd};
+//! Every format, with good files, what is around them, and its reader.
+
 use std::fs;
 use std::path::Path;
 
-/// How a file is read.
-#[derive(Debug, Clone, Copy)]
-pub(super) enum Reader {
-    /// A log with this file name, its poses too.
-    Log(&'static str),
-    /// A message in a log.
-    Message(Channel<'static>),
-    /// The metadata of a folder with a bag in MCAP and one in `SQLite`.
-    Metadata,
-    /// The second of two files with a scan each, with this extension. `is_packed`: whether damage may show
-    /// only when a scan is read.
-    SecondScan {
-        extension: &'static str,
-        is_packed: bool,
-    },
-    /// A file of this name beside a folder of two `.bin` scans.
-    BesideScans(&'static str),
-    /// A file of this name beside a folder of two depth images.
-    BesideImages(&'static str),
-    /// A LAS file in world coordinates, with this name.
-    World(&'static str),
-    /// A map with this file name.
-    Cloud(&'static str),
-    /// A mesh with this file name.
-    Mesh(&'static str),
-    /// A trajectory with this file name.
-    Trajectory(&'static str),
-    /// A pose graph, and loop candidates for it or one like it.
-    Graph,
-    /// Labels of loop candidates.
-    LoopLabels,
-    /// Times of the vertices of a graph.
-    KeyframeTimes,
-    /// The `times.txt` of a trajectory.
-    Times,
-    Calib,
-    /// Answers well until a certain run.
-    Failing(Failure),
-}
-
-/// What a reader should not do.
-#[derive(Debug, Clone, Copy)]
-pub(super) enum Failure {
-    Panics,
-    Allocates,
-    Hangs,
-    IsWrong,
-}
+use super::readers::{self, Answer};
+use super::seeds;
+use crate::damage::{Form, others};
+use crate::{depth_png, mesh, scan_folder};
+use dmp_log::McapCompression::{Lz4, None as Unpacked, Zstd};
 
 /// What checksums promise of the scans that are read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Checksums {
+pub(crate) enum Checksums {
     None,
     /// Each is one that was written, or damage is named: a checksum of zero is none, and damage may make it so.
     OrDamage,
-    /// Each is one that was written: what is packed has checksums of its own.
+    /// Each is one that was written: what is packed has its own checksums.
     Always,
 }
 
 /// A format whose files are damaged.
-pub(super) struct Format {
-    pub(super) name: String,
+pub(crate) struct Format {
+    pub(crate) name: String,
+    pub(crate) form: Form,
     /// Good files. Parts of one get into another.
-    pub(super) seeds: Vec<Vec<u8>>,
-    pub(super) reader: Reader,
-    pub(super) checksums: Checksums,
+    pub(crate) seeds: Vec<Vec<u8>>,
+    pub(crate) checksums: Checksums,
+    /// Where the damaged file is in a folder, and what is beside it.
+    file: &'static str,
+    beside: Vec<(String, Vec<u8>)>,
+    reader: fn(&Path, &Path, u64) -> Answer,
 }
 
 impl Format {
-    fn new(name: impl Into<String>, reader: Reader, seeds: Vec<Vec<u8>>) -> Self {
-        Self { name: name.into(), seeds, reader, checksums: Checksums::None }
+    fn new(
+        name: impl Into<String>,
+        form: Form,
+        (file, reader): (&'static str, fn(&Path, &Path, u64) -> Answer),
+        seeds: Vec<Vec<u8>>,
+    ) -> Self {
+        Self { name: name.into(), form, seeds, checksums: Checksums::None, file, beside: Vec::new(), reader }
     }
 
     fn with(self, checksums: Checksums) -> Self {
         Self { checksums, ..self }
     }
 
-    /// Puts what stands around the damaged file into the folder.
-    pub(super) fn prepare(&self, folder: &Path) {
-        let write = |name: &str, bytes: &[u8]| {
+    fn beside(self, files: &[(&str, Vec<u8>)]) -> Self {
+        Self {
+            beside: files.iter().map(|(name, bytes)| ((*name).to_owned(), bytes.clone())).collect(),
+            ..self
+        }
+    }
+
+    /// Puts what is beside the damaged file into the folder.
+    pub(crate) fn prepare(&self, folder: &Path) {
+        for (name, bytes) in &self.beside {
             let path = folder.join(name);
             fs::create_dir_all(path.parent().unwrap()).unwrap();
             fs::write(path, bytes).unwrap();
-        };
-        match self.reader {
-            Reader::Metadata => {
-                for name in ["mcap/mcap.mcap", "sqlite3/sqlite3.db3"] {
-                    let file = name.rsplit('/').next().unwrap();
-                    write(file, &seeds::of_others(&format!("rosbag2/{name}")));
-                }
-            }
-            Reader::SecondScan { extension, .. } => {
-                write(&format!("0.{extension}"), &self.seeds[0]);
-                if extension == "png" {
-                    write("camera.json", crate::depth_png::CAMERA_FILE.as_bytes());
-                }
-            }
-            Reader::BesideImages(_) => {
-                (0..2).for_each(|k| write(&format!("depth/{k}.png"), &crate::depth_png::image()));
-                write("camera.json", crate::depth_png::CAMERA_FILE.as_bytes());
-            }
-            Reader::BesideScans(_) => {
-                for k in 0..2 {
-                    write(&format!("scans/{k}.bin"), &seeds::bin());
-                    write(&format!("times/{k}.f32"), &seeds::bin_times());
-                }
-            }
-            Reader::Times => write("run.txt", "1 0 0 5 0 1 0 6 0 0 1 7\n".repeat(5).as_bytes()),
-            _ => {}
         }
+    }
+
+    /// Reads a file in a prepared folder.
+    pub(crate) fn read(&self, folder: &Path, bytes: &[u8], run: u64) -> Answer {
+        let path = folder.join(self.file);
+        fs::write(&path, bytes).unwrap();
+        (self.reader)(folder, &path, run)
     }
 }
 
+/// One of them, or one whose reader fails.
+pub(crate) fn named(name: &str) -> Format {
+    if let Some(how) = name.strip_prefix("that_") {
+        let reader = ("file", super::failing(how));
+        return Format::new(name, Form::Bytes, reader, vec![vec![0; 100]]).with(Checksums::Always);
+    }
+    all().into_iter().find(|format| format.name == name).unwrap()
+}
+
+fn of_others(pattern: &str) -> Vec<Vec<u8>> {
+    others(pattern).unwrap().into_iter().map(|(_, bytes)| bytes).collect()
+}
+
 /// Every format.
-pub(super) fn all() -> Vec<Format> {
+pub(crate) fn all() -> Vec<Format> {
     let mut all = logs();
-    all.extend(messages());
     all.extend(folders());
     all.extend(clouds_and_meshes());
     all.extend(trajectories());
     all
 }
 
-/// One of them, or one whose reader fails.
-pub(super) fn named(name: &str) -> Format {
-    let failing = |failure| Format::new(name, Reader::Failing(failure), vec![vec![0; 100]]);
-    match name {
-        "that_panics" => failing(Failure::Panics),
-        "that_allocates" => failing(Failure::Allocates),
-        "that_hangs" => failing(Failure::Hangs),
-        "that_is_wrong" => failing(Failure::IsWrong).with(Checksums::Always),
-        _ => all().into_iter().find(|format| format.name == name).unwrap(),
-    }
-}
-
 fn logs() -> Vec<Format> {
-    let mcap = |name: &str, seeds| Format::new(format!("mcap_{name}"), Reader::Log("log.mcap"), seeds);
-    let theirs = |names: &[&str]| -> Vec<Vec<u8>> {
-        names.iter().map(|name| seeds::of_others(&format!("mcap/{name}.mcap"))).collect()
+    let mcap = |name: &str, seeds: Vec<Vec<u8>>| {
+        Format::new(format!("mcap_{name}"), Form::Mcap, ("log.mcap", readers::log), seeds)
     };
-    let with = |mut own: Vec<Vec<u8>>, names: &[&str]| {
-        own.extend(theirs(names));
-        own
-    };
-    let bag = |name: &str| seeds::of_others(&format!("rosbag2/{name}"));
+    let own = |compression, pattern: &str| [seeds::own_mcap(compression), of_others(pattern)].concat();
+    let db3 = [of_others("rosbag2/sqlite3/*.db3"), of_others("rosbag2/sqlite3_humble/*.db3")].concat();
+    let yaml = ["mcap", "sqlite3"].map(|name| of_others(&format!("rosbag2/{name}/metadata.yaml"))).concat();
+    let bags = [
+        ("mcap.mcap", of_others("rosbag2/mcap/mcap.mcap").remove(0)),
+        ("sqlite3.db3", of_others("rosbag2/sqlite3/sqlite3.db3").remove(0)),
+    ];
     vec![
-        mcap("zstd", with(seeds::own_mcap(Zstd), &["velodyne_zstd"])).with(Checksums::Always),
-        mcap("lz4", with(seeds::own_mcap(Lz4), &["velodyne_lz4"])).with(Checksums::Always),
-        mcap("none", with(seeds::own_mcap(Unpacked), &["velodyne_none"])).with(Checksums::OrDamage),
-        mcap("unchunked", theirs(&["velodyne_unchunked"])),
-        mcap("without_summary", theirs(&["velodyne_no_summary", "velodyne_unchunked_no_summary"])),
-        mcap("without_checksums", with(seeds::without_checksums(), &["velodyne_no_crc"])),
+        mcap("zstd", own(Zstd, "mcap/velodyne_zstd.mcap")).with(Checksums::Always),
+        mcap("lz4", own(Lz4, "mcap/velodyne_lz4.mcap")).with(Checksums::Always),
+        mcap("none", own(Unpacked, "mcap/velodyne_none.mcap")).with(Checksums::OrDamage),
         mcap(
-            "of_others",
-            theirs(&[
-                "big_endian",
-                "hesai",
-                "livox",
-                "livox_custom",
-                "ouster_nan",
-                "robosense",
-                "velodyne_rosbags",
-                "velodyne_rosbags_zstd",
-            ]),
+            "without_checksums",
+            [seeds::without_checksums(), of_others("mcap/velodyne_no_crc.mcap")].concat(),
         ),
-        mcap("poses", with(vec![seeds::log_with_poses()], &[])),
-        Format::new(
-            "db3",
-            Reader::Log("log.db3"),
-            vec![bag("sqlite3/sqlite3.db3"), bag("sqlite3_humble/sqlite3_humble.db3")],
-        ),
-        Format::new(
-            "metadata",
-            Reader::Metadata,
-            vec![bag("mcap/metadata.yaml"), bag("sqlite3/metadata.yaml")],
-        ),
+        mcap("of_others", of_others("mcap/*.mcap -two_clouds -poses -velodyne_z -velodyne_l -velodyne_none")),
+        mcap("poses", [vec![seeds::log_with_poses()], seeds::ros1()].concat()),
+        Format::new("db3", Form::Sqlite, ("log.db3", readers::log), db3),
+        Format::new("metadata", Form::Text, ("metadata.yaml", readers::log_of_folder), yaml).beside(&bags),
     ]
 }
 
-fn messages() -> Vec<Format> {
-    const LIVOX: Channel<'_> = ("/livox", "livox_ros_driver2/msg/CustomMsg", "cdr");
-    const ROS1_POINTS: Channel<'_> = ("/points", "sensor_msgs/PointCloud2", "ros1");
-    const ROS1_LIVOX: Channel<'_> = ("/livox", "livox_ros_driver/CustomMsg", "ros1");
-    const ROS1_ODOMETRY: Channel<'_> = ("/odom", "nav_msgs/Odometry", "ros1");
-    let of =
-        |name: &str, channel, seeds| Format::new(format!("message_{name}"), Reader::Message(channel), seeds);
-    vec![
-        of("point_cloud2", POINTS, seeds::messages("PointCloud2")),
-        of("livox", LIVOX, seeds::messages("CustomMsg")),
-        of("odometry", ODOMETRY, seeds::messages("Odometry")),
-        of("pose", POSES, seeds::messages("PoseStamped")),
-        of("path", PATH, seeds::messages("Path")),
-        of("tf", TF, seeds::messages("TFMessage")),
-        of("ros1_point_cloud2", ROS1_POINTS, vec![seeds::ros1_point_cloud2()]),
-        of("ros1_livox", ROS1_LIVOX, vec![seeds::ros1_livox()]),
-        of("ros1_odometry", ROS1_ODOMETRY, vec![seeds::ros1_odometry()]),
-    ]
-}
-
+/// A damaged scan behind a good one, and what is beside scans.
 fn folders() -> Vec<Format> {
-    let second = |name: &str, extension, is_packed, seeds| {
-        Format::new(format!("scan_{name}"), Reader::SecondScan { extension, is_packed }, seeds)
+    let second = |name: String, form, file: &'static str, is_packed: bool, seeds: Vec<Vec<u8>>| {
+        let reader = if is_packed { readers::second_packed_scan } else { readers::second_scan };
+        let first = file.replacen('1', "0", 1);
+        let mut beside = vec![(first.as_str(), seeds[0].clone())];
+        if file == "1.png" {
+            beside.push(("camera.json", depth_png::CAMERA_FILE.into()));
+        }
+        Format::new(name, form, (file, reader), seeds).beside(&beside)
     };
     let rows = scan_folder::rows();
-    let mut all = vec![second("bin", "bin", false, vec![seeds::bin()])];
+    let mut all = vec![second("scan_bin".into(), Form::Bytes, "1.bin", false, vec![seeds::bin()])];
     for data in scan_folder::PCD {
-        let mut seeds = vec![scan_folder::pcd(&rows, data)];
-        seeds.extend(seeds::clouds_of_others(|name| name.ends_with(&format!("_{data}.pcd"))));
-        all.push(second(&format!("pcd_{data}"), "pcd", data == "binary_compressed", seeds));
+        let seeds =
+            [vec![scan_folder::pcd(&rows, data)], of_others(&format!("clouds/*_{data}.pcd"))].concat();
+        let is_packed = data == "binary_compressed";
+        all.push(second(format!("scan_pcd_{data}"), Form::Headed, "1.pcd", is_packed, seeds));
     }
     for format in scan_folder::PLY {
-        let mut seeds = vec![scan_folder::ply(&rows, format)];
-        let ending = format!("_{}.ply", format.rsplit('_').nth(1).unwrap_or(format));
-        seeds.extend(seeds::clouds_of_others(|name| name.starts_with("plyfile") && name.ends_with(&ending)));
-        all.push(second(&format!("ply_{format}"), "ply", false, seeds));
+        let seeds =
+            [vec![scan_folder::ply(&rows, format)], of_others(&ply_pattern("plyfile", format))].concat();
+        all.push(second(format!("scan_ply_{format}"), Form::Headed, "1.ply", false, seeds));
     }
-    for kind in seeds::LAS {
-        all.push(second(kind.name, kind.extension(), true, seeds::las_scan(kind)));
+    for (name, file, format) in LAS {
+        let file = if file == "las" { "1.las" } else { "1.laz" };
+        all.push(second(format!("scan_{name}"), Form::Las, file, true, seeds::las_scan(file, format)));
     }
-    let own = seeds::own_laz_scan();
-    all.push(second("own_laz", "laz", true, vec![own]));
-    all.push(second("depth", "png", true, crate::depth_png::files()));
-    let beside = |name: &'static str, seed: &str| {
-        Format::new(name.replace('.', "_"), Reader::BesideImages(name), vec![seed.into()])
-    };
-    all.push(beside("depth.txt", "# depth maps\r\n0.5 depth/0.png\r\n1.5\tdepth/1.png\r\n"));
-    all.push(beside("camera.json", crate::depth_png::CAMERA_FILE));
-    let beside = |name: &str, file, seed: Vec<u8>| Format::new(name, Reader::BesideScans(file), vec![seed]);
-    all.push(beside("bin_times", "times/1.f32", seeds::bin_times()));
-    all.push(beside("times", "times.txt", b"0.000000000e+00\r\n1.036e-01\r\n".to_vec()));
-    let dated = b"2011-09-26 13:02:25.964389445\n2011-09-26 13:02:26.067\n";
-    all.push(beside("timestamps", "timestamps.txt", dated.to_vec()));
+    all.push(second("scan_own_laz".into(), Form::Las, "1.laz", true, vec![seeds::own_laz_scan()]));
+    all.push(second("scan_depth".into(), Form::Png, "1.png", true, depth_png::files()));
+    let camera = || depth_png::CAMERA_FILE.as_bytes().to_vec();
+    let images =
+        [("depth/0.png", depth_png::image()), ("depth/1.png", depth_png::image()), ("camera.json", camera())];
+    let scans = [
+        ("scans/0.bin", seeds::bin()),
+        ("scans/1.bin", seeds::bin()),
+        ("times/0.f32", seeds::bin_times()),
+        ("times/1.f32", seeds::bin_times()),
+    ];
+    let list = "# depth maps\r\n0.5 depth/0.png\r\n1.5\tdepth/1.png\r\n";
+    let dated = "2011-09-26 13:02:25.964389445\n2011-09-26 13:02:26.067\n";
+    let beside: [(&str, Form, &str, Vec<u8>, &[(&str, Vec<u8>)]); 5] = [
+        ("depth_list", Form::Text, "depth.txt", list.into(), &images),
+        ("camera", Form::Json, "camera.json", camera(), &images),
+        ("bin_times", Form::Bytes, "times/1.f32", seeds::bin_times(), &scans),
+        ("times", Form::Text, "times.txt", "0.000000000e+00\r\n1.036e-01\r\n".into(), &scans),
+        ("timestamps", Form::Text, "timestamps.txt", dated.into(), &scans),
+    ];
+    all.extend(beside.map(|(name, form, file, seed, beside)| {
+        Format::new(name, form, (file, readers::log_of_folder), vec![seed]).beside(beside)
+    }));
     all
+}
+
+/// Name, ending and point format.
+const LAS: [(&str, &str, u8); 3] = [("las", "las", 1), ("laz", "laz", 1), ("layered_laz", "laz", 6)];
+
+fn ply_pattern(start: &str, format: &str) -> String {
+    let order = match format {
+        "binary_little_endian" => "little",
+        "binary_big_endian" => "big",
+        ascii => ascii,
+    };
+    format!("clouds/{start}*_{order}.ply -mesh")
 }
 
 fn clouds_and_meshes() -> Vec<Format> {
     let mut all = Vec::new();
     for data in scan_folder::PCD {
-        let mut seeds = vec![crate::pcd::file(data, 20)];
-        seeds.extend(seeds::clouds_of_others(|name| name.ends_with(&format!("{data}.pcd"))));
-        all.push(Format::new(format!("map_pcd_{data}"), Reader::Cloud("map.pcd"), seeds));
+        let seeds =
+            [vec![scan_folder::pcd(&scan_folder::rows(), data)], of_others(&format!("clouds/*_{data}.pcd"))]
+                .concat();
+        all.push(Format::new(format!("map_pcd_{data}"), Form::Headed, ("map.pcd", readers::cloud), seeds));
     }
     for format in scan_folder::PLY {
-        let mut seeds = vec![scan_folder::ply(&scan_folder::rows(), format)];
-        let ending = format!("_{}.ply", format.rsplit('_').nth(1).unwrap_or(format));
-        seeds.extend(seeds::clouds_of_others(|name| name.ends_with(&ending) && !name.contains("mesh")));
-        all.push(Format::new(format!("map_ply_{format}"), Reader::Cloud("map.ply"), seeds));
+        let own = scan_folder::ply(&scan_folder::rows(), format);
+        let seeds = [vec![own], of_others(&ply_pattern("", format))].concat();
+        all.push(Format::new(format!("map_ply_{format}"), Form::Headed, ("map.ply", readers::cloud), seeds));
     }
-    for kind in seeds::LAS {
-        all.push(Format::new(format!("map_{}", kind.name), Reader::Cloud(kind.file), seeds::las(kind)));
-        all.push(Format::new(format!("world_{}", kind.name), Reader::World(kind.file), seeds::world(kind)));
+    for (name, ending, format) in LAS {
+        let file = if ending == "las" { "map.las" } else { "map.laz" };
+        let seeds = [seeds::las_scan(file, format), of_others(&format!("clouds/las_*.{ending}"))].concat();
+        all.push(Format::new(format!("map_{name}"), Form::Las, (file, readers::cloud), seeds));
+        let seeds = seeds::world(file, format);
+        all.push(Format::new(format!("world_{name}"), Form::Las, (file, readers::world), seeds));
     }
-    let copc = seeds::clouds_of_others(|name| name.ends_with(".copc.laz"));
-    all.push(Format::new("map_copc", Reader::Cloud("map.laz"), copc));
-    for (name, own) in crate::mesh::files() {
-        let (kind, extension) = name.rsplit_once('.').unwrap();
-        let (file, theirs) = match extension {
-            "ply" => ("mesh.ply", seeds::meshes_of_others(kind)),
-            _ => ("mesh.obj", seeds::meshes_of_others("obj")),
+    all.push(Format::new("map_copc", Form::Las, ("map.laz", readers::cloud), of_others("clouds/*.copc.laz")));
+    for (name, own) in mesh::files() {
+        let (form, file, pattern) = match name {
+            "text.ply" => (Form::Text, "mesh.ply", "mesh/*ascii.ply"),
+            "little.ply" => (Form::Headed, "mesh.ply", "mesh/*binary.ply"),
+            "big.ply" => (Form::Headed, "mesh.ply", "clouds/mesh*big.ply"),
+            _ => (Form::Text, "mesh.obj", "mesh/*.obj"),
         };
-        let seeds = [vec![own], theirs].concat();
-        all.push(Format::new(format!("mesh_{extension}_{kind}").to_lowercase(), Reader::Mesh(file), seeds));
+        let seeds = [vec![own], of_others(pattern)].concat();
+        all.push(Format::new(format!("mesh_{name}"), form, (file, readers::mesh), seeds));
     }
     all
 }
 
 fn trajectories() -> Vec<Format> {
-    let of = |name: &str, own: Vec<Vec<u8>>, theirs: &[&str]| {
-        let theirs = theirs.iter().map(|name| seeds::of_others(&format!("trajectories/{name}")));
-        Format::new(name, Reader::Trajectory("run.txt"), own.into_iter().chain(theirs).collect())
+    let run = |name: &str, form, own: &[&str], theirs: &str| {
+        let own = own.iter().map(|text| text.as_bytes().to_vec());
+        let theirs =
+            if theirs.is_empty() { Vec::new() } else { of_others(&format!("trajectories/{theirs}")) };
+        Format::new(name, form, ("run.txt", readers::trajectory), own.chain(theirs).collect())
     };
-    let text = |line: &str| vec![line.repeat(5).into_bytes()];
     let graph = "VERTEX_SE3:QUAT 7 1 2 3 0 0 0 1\nVERTEX_SE2 9 1 2 3\nEDGE_SE2 7 9 1\n";
-    let npy = ["poses", "poses_big", "poses_f32", "poses_f32_big_fortran", "poses_fortran", "poses_version2"];
-    let npy = npy.map(|name| format!("{name}.npy"));
     let named = "secs,nsecs,x,y,z,qw,qx,qy,qz\n1,5,1,2,3,1,0,0,0\n2,5,1,2,3,1,0,0,0\n";
     let rostopic = "# made by hand\n#timestamp [ms];tx;ty;tz;qx;qy;qz;qw;frame\n\
         1700000000123;1;2;3;0;0;0;1;map\n1700000000223;1;2;3;0;0;0;1;\n";
+    let kitti = "1 0 0 5 0 1 0 6 0 0 1 7\n".repeat(5);
+    let redwood = "0 0 1\n1 0 0 5\n0 1 0 6\n0 0 1 7\n0 0 0 1\n".repeat(5);
     let calib = "P0: 1 2\nTr: 0 -1 0 0 0 0 -1 -0.1 1 0 0 -0.3\n";
     let labels = "from,to,label,kind\n12,400,true,near\n3\t90 NO # far\n400 12 1\r\n";
+    let keyframes = [
+        vec![b"id stamp\n7 1.75\n-2 0.5\n3,1.000000001\n".to_vec()],
+        of_others("trajectories/times.txt"),
+        of_others("trajectories/evo.tum"),
+    ];
+    let text = |name: &str, reader, seeds| Format::new(name, Form::Text, reader, seeds);
     vec![
-        of("tum", text("1.5 1 2 3 0 0 0 1\n"), &["evo.tum", "nine_decimals.tum"]),
-        of("kitti", text("1 0 0 5 0 1 0 6 0 0 1 7\n"), &["evo_kitti.txt"]),
-        of("euroc", vec![], &["state_groundtruth.csv"]),
-        of("csv", vec![named.into(), rostopic.into()], &[]),
-        of("redwood", text("0 0 1\n1 0 0 5\n0 1 0 6\n0 0 1 7\n0 0 0 1\n"), &[]),
-        of("npy", vec![], &npy.each_ref().map(String::as_str)),
-        of("g2o", vec![graph.into()], &["gtsam.g2o", "gtsam_flat.g2o"]),
-        Format::new("pose_graph", Reader::Graph, seeds::pose_graphs()),
-        Format::new("loop_labels", Reader::LoopLabels, vec![labels.into()]),
-        Format::new("keyframe_times", Reader::KeyframeTimes, seeds::keyframe_times()),
-        Format::new("trajectory_times", Reader::Times, vec![b"0\n0.1\n0.2\n0.3\n0.4\n".to_vec()]),
-        Format::new("calib", Reader::Calib, vec![calib.into()]),
+        run("tum", Form::Text, &["1.5 1 2 3 0 0 0 1\n2.5 1 2 3 0 0 0 1\n"], "*.tum"),
+        run("kitti", Form::Text, &[&kitti], "evo_kitti.txt"),
+        run("euroc", Form::Text, &[], "state_groundtruth.csv"),
+        run("csv", Form::Text, &[named, rostopic], ""),
+        run("redwood", Form::Text, &[&redwood], ""),
+        run("npy", Form::Headed, &[], "*.npy -not_poses"),
+        run("g2o", Form::Text, &[graph], "*.g2o"),
+        text("pose_graph", ("graph.g2o", readers::graph), seeds::pose_graphs()),
+        text("loop_labels", ("labels.csv", readers::loop_labels), vec![labels.into()]),
+        text("keyframe_times", ("keyframes.txt", readers::keyframe_times), keyframes.concat()),
+        text("trajectory_times", ("times.txt", readers::times), vec![b"0\n0.1\n0.2\n0.3\n0.4\n".to_vec()])
+            .beside(&[("run.txt", kitti.into_bytes())]),
+        text("calib", ("calib.txt", readers::calib), vec![calib.into()]),
     ]
-}
-
-/// A scan that nothing was damaged in.
-pub(super) fn a_scan() -> dmp_sensor::Scan {
-    common::scan(0, 3, false)
 }

@@ -1,8 +1,7 @@
 //! Parts of logs of every format.
 
-use super::damage::chunks;
 use super::{assert_parts, bits, scans_of, sorted};
-use crate::common::{Message, POINTS, STAMP_NS, assert_says, scan, scans, write_messages};
+use crate::common::{Message, POINTS, STAMP_NS, assert_says, chunks, scan, scans, write_messages};
 use crate::las_log::{Drive, WorldFile, seconds};
 use dmp_log::{
     FolderFormat, FolderScanWriter, LogFormat, LogOptions, PointTime, open_log, outline_log, survey_log,
@@ -110,38 +109,12 @@ fn a_sqlite_bag_is_read_row_by_row() {
     assert_says(&sorted(&part.summary().damage).join("; "), &["row 84", "is not found by its number"]);
 }
 
-/// In a bag of several files the place of damage has the file's name.
 #[test]
-fn damage_is_named_with_its_file() {
+fn a_bag_of_several_files_is_one_log_and_damage_is_named_with_its_file() {
     let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("a_1.mcap");
     let message = |k: i64| {
         let stamp_ns = STAMP_NS + k * 100_000_000;
         (0, Message { stamp_ns, ..Message::of(&[[k as f32, 2.0, 3.0]; 300]) }.encode())
-    };
-    for (name, of_file) in [("a_0.mcap", 0..50), ("a_1.mcap", 50..100)] {
-        write_messages(&folder.path().join(name), &[POINTS], &of_file.map(message).collect::<Vec<_>>());
-    }
-    let list = "rosbag2_bagfile_information:\n  relative_file_paths:\n    - a_0.mcap\n    - a_1.mcap\n";
-    fs::write(folder.path().join("metadata.yaml"), list).unwrap();
-    let mut bytes = fs::read(&path).unwrap();
-    let (start, end) = chunks(&bytes)[10];
-    bytes[end - 10] ^= 1;
-    fs::write(&path, bytes).unwrap();
-    let whole = open_log(folder.path(), &LogOptions::default()).unwrap();
-    let outline = outline_log(folder.path(), &LogOptions::default()).unwrap();
-    let part = outline.open(&(0..100).collect::<Vec<_>>()).unwrap();
-    assert_eq!((part.frames(), outline.scans().len()), (whole.frames(), 100));
-    assert_eq!(part.summary().damage, whole.summary().damage);
-    assert_eq!(part.summary().damage[0].place, format!("a_1.mcap, byte {start}"));
-}
-
-#[test]
-fn a_bag_of_several_files_is_one_log() {
-    let folder = tempfile::tempdir().unwrap();
-    let message = |k: i64| {
-        let stamp_ns = STAMP_NS + k * 100_000_000;
-        (0, Message { stamp_ns, ..Message::of(&[[k as f32, 2.0, 3.0]; 20]) }.encode())
     };
     for (name, of_file) in [("a_0.mcap", 0..40), ("a_1.mcap", 40..41), ("a_2.mcap", 41..100)] {
         let messages: Vec<_> = of_file.map(message).collect();
@@ -152,8 +125,18 @@ fn a_bag_of_several_files_is_one_log() {
     let outline = assert_parts(folder.path(), &LogOptions::default());
     let part = outline.open(&[39, 40, 41]).unwrap();
     let x: Vec<f32> = scans_of(&*part).iter().map(|scan| scan.points_in_sensor_m[0][0]).collect();
-    assert_eq!(x, [39.0, 40.0, 41.0]);
-    assert_eq!(part.groups().len(), 3);
+    assert_eq!((x, part.groups().len()), (vec![39.0, 40.0, 41.0], 3));
+
+    let path = folder.path().join("a_2.mcap");
+    let mut bytes = fs::read(&path).unwrap();
+    let chunk = chunks(&bytes)[10].clone();
+    bytes[chunk.end - 10] ^= 1;
+    fs::write(&path, bytes).unwrap();
+    let whole = open_log(folder.path(), &LogOptions::default()).unwrap();
+    let outline = outline_log(folder.path(), &LogOptions::default()).unwrap();
+    let part = outline.open(&(0..100).collect::<Vec<_>>()).unwrap();
+    assert_eq!((part.frames(), &part.summary().damage), (whole.frames(), &whole.summary().damage));
+    assert_eq!(part.summary().damage[0].place, format!("a_2.mcap, byte {}", chunk.start));
 }
 
 #[test]

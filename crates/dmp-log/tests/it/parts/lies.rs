@@ -1,8 +1,7 @@
 //! Indexes that do not say what is there.
 
-use super::damage::chunks;
 use super::{bits, scans_of};
-use crate::common::{STAMP_NS, assert_says, scans, write_mcap};
+use crate::common::{STAMP_NS, assert_says, chunks, scans, write_mcap};
 use dmp_log::{LogOptions, McapCompression, ScanLog, open_log, outline_log};
 use std::fs;
 
@@ -43,7 +42,7 @@ fn an_index_that_lies_is_found_out() {
     let good = fs::read(&path).unwrap();
     let whole = open_log(&path, &LogOptions::default()).unwrap();
     let (chunk, group) = (20, whole.groups()[20].clone());
-    let end = chunks(&good)[chunk].1;
+    let end = chunks(&good)[chunk].end;
     let first = group.start;
     let open = |change: Lie<'_>| {
         let mut bytes = good.clone();
@@ -120,7 +119,7 @@ fn an_index_that_lies_is_found_out() {
     let (_, part) =
         open(&|bytes, index| bytes[index.at + 11..index.at + 15].copy_from_slice(&16_u32.to_le_bytes()));
     assert_eq!(part.frames().len(), 150 - group.len() + 1);
-    assert_says(&said(&*part), &["scans that the index does not name are left out"]);
+    assert_says(&said(&*part), &["scans that the index does not name are skipped"]);
     // A channel that is nowhere described.
     let (outline, part) = open(&|bytes, index| bytes[index.at + 9..index.at + 11].copy_from_slice(&[9, 9]));
     assert_eq!(outline.scans().len(), 150 - group.len());

@@ -1,6 +1,5 @@
 //! Parts of a log, opened by its index, against the log opened whole.
 
-mod damage;
 mod formats;
 mod lies;
 mod mcap;
@@ -28,13 +27,13 @@ pub(crate) fn scans_of(log: &dyn ScanLog) -> Vec<Scan> {
     (0..log.frames().len()).map(read).collect()
 }
 
-fn sorted(damage: &[Damage]) -> Vec<String> {
+pub(crate) fn sorted(damage: &[Damage]) -> Vec<String> {
     let mut lines: Vec<_> = damage.iter().map(|lost| format!("{}: {}", lost.place, lost.what)).collect();
     lines.sort();
     lines
 }
 
-/// What is told of a log but for notes and checksums, whatever the order of the damage.
+/// The summary of a log but for notes and checksums, whatever the order of the damage.
 fn without_notes(summary: &LogSummary) -> LogSummary {
     LogSummary { notes: Vec::new(), damage: Vec::new(), has_checksums: false, ..summary.clone() }
 }

@@ -1,6 +1,0 @@
-//! The parser of `calib`.
-#![no_main]
-
-libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
-    let _ = dmp_log::parse_calib(bytes);
-});

@@ -1,7 +1,0 @@
-//! A folder of `.pcd` scans.
-#![no_main]
-
-dmp_fuzz::file_target!("000000.pcd", |path| {
-    let folder = path.parent().expect("a folder");
-    read_log(folder, &dmp_log::LogOptions::default())
-});
