@@ -45,7 +45,9 @@ fn the_json_is_documented_and_is_read_back_as_the_report() {
     let json = once(&format!("{SAMPLE} --json --quiet")).json();
     assert_documented(&json);
     let report: dmp::Report = serde_json::from_value(json.clone()).unwrap();
-    assert_eq!(serde_json::to_value(&report).unwrap(), json);
+    for (field, value) in serde_json::to_value(&report).unwrap().as_object().unwrap() {
+        assert_eq!(*value, json[field], "{field}");
+    }
     assert_eq!((&json["schema"], &json["left_out"]), (&"dmp-score/2".into(), &serde_json::json!([])));
     assert_eq!(report.order, ["truth", "noise", "drift", "collapsed"]);
     assert!(report.ties.is_empty() && report.pairs.len() == 6 && report.runs.len() == 4);
@@ -91,9 +93,9 @@ fn free_space_is_reported_and_refused_with_given_maps() {
 #[test]
 fn threads_memory_and_folder_change_no_bit_of_the_json() {
     let folder = tempfile::tempdir().unwrap();
-    let expected = scores(&once(&format!("{SAMPLE} --json --quiet")).output.stdout);
+    let expected = scores(&once(&format!("{TWO} --json --quiet")).output.stdout);
     let output =
-        ends(folder.path(), &format!("{SAMPLE} --json --quiet --threads 3 --memory 64MiB --work ."), 0);
+        ends(folder.path(), &format!("{TWO} --json --quiet --threads 3 --memory 64MiB --work ."), 0);
     assert!(scores(&output.stdout) == expected && output.stderr.is_empty(), "{}", text(&output.stderr));
     assert_eq!(folder.path().read_dir().unwrap().count(), 0, "nothing is left behind");
 }

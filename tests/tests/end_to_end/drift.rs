@@ -12,7 +12,7 @@ use crate::common::{
 
 /// A lap and a half round a block.
 fn laps() -> (Vec<Scan>, Trajectory) {
-    let lidar = LidarOptions { azimuth_steps: 450, rate_hz: 5.0, ..LidarOptions::with_beams(16) };
+    let lidar = LidarOptions { azimuth_steps: 300, rate_hz: 5.0, ..LidarOptions::with_beams(16) };
     recorded(&RecordingOptions { seed: 4, scans: 420, route: Route::Loop, speed_m_s: 6.0, traffic: 2, lidar })
 }
 
@@ -63,6 +63,7 @@ fn a_right_run_is_off_by_nothing_and_a_wrong_one_by_what_is_wrong() {
 
 /// What follows the first lap is moved by 20 m: no visit of it lies near enough otherwise.
 #[test]
+#[ignore = "nightly: the drift of a run that diverged, twice"]
 fn a_run_that_lost_its_way_is_measured_further_off() {
     let (scans, truth) = laps();
     let log = log_of(scans);
@@ -157,6 +158,7 @@ fn there_and_back(scenery: Scenery) -> (MemoryLog, Trajectory) {
 
 /// Every house is the same again after 8 m: what is measured is right, and where another house would do as well, it says so.
 #[test]
+#[ignore = "nightly: the drift of four runs along a street"]
 fn a_street_that_looks_the_same_everywhere_gives_no_wrong_number() {
     let (log, truth) = there_and_back(Scenery::Alike { period_m: 8.0 });
     let runs = runs_of(&truth, &[("drift", drift(1.0)), ("noise", noise(0.02, 0.1))]);
@@ -258,7 +260,6 @@ fn a_score_has_the_drift_of_some_pairs_or_of_as_many_as_are_asked_for() {
     let three = of_drift("--pairs 3");
     assert_eq!((three.schema.as_str(), three.pairs_measured), (DriftReport::SCHEMA, 3));
     assert_eq!(of_score("--drift=3"), Some(DriftReport { visits: Vec::new(), ..three }));
-    assert_eq!(of_score("--drift").map(|all| all.pairs_measured), Some(of_drift("").pairs_found));
     assert_eq!(of_score(""), None);
     let whole: dmp::Report = serde_json::from_value(once(&format!("{BOTH} --json --quiet")).json()).unwrap();
     let few = whole.drift.unwrap();

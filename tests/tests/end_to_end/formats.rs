@@ -117,7 +117,7 @@ fn the_same_town_in_world_coordinates_gives_the_same_scores() {
     let offset = "--time-offset 1315964782";
     has(&text(&ends(at, convert, 2).stderr), &[offset]);
     done(at, &format!("{convert} {offset}"));
-    let found = json(at, &format!("score log.mcap {RUNS}"));
+    let found = json(at, &format!("score log.mcap {RUNS} {offset}"));
     let expected = json(at, &format!("score @/town.mcap {RUNS}"));
     assert_eq!(found["order"], expected["order"]);
     // A return on the edge of the ranges that are used may fall on either side.

@@ -37,9 +37,9 @@ fn every_failed_gate_is_a_line_and_the_exit_code_is_4() {
     let expected = [
         "drift: R_cv 0.5 m is 44.5 cm, above 20.0 cm",
         "drift: blocked is 33.6 %, above 20.0 %",
+        "drift: worse than truth, at R_cv 10 m",
+        "drift: worse than truth, at R_cv 10 m",
         "drift: revisit is 36.3 %, below 50.0 %",
-        "drift: worse than truth, at R_cv 10 m",
-        "drift: worse than truth, at R_cv 10 m",
     ];
     let stderr = text(&output.stderr);
     assert_eq!(stderr.lines().count(), expected.len(), "{stderr}");
@@ -166,7 +166,7 @@ fn gates_that_make_no_sense_are_refused_before_anything_is_read() {
     }
     for (options, words) in [
         ("--expect R_cv_0.5<15", "R_cv 0.5 m is never above 50.0 cm, so this limit cannot fail"),
-        ("--expect ate<1", "`ate` is no score; there are R_cv_10"),
+        ("--expect ate<1", "`ate` is no score; the scores are R_cv_10"),
         ("--expect coverage>0", "coverage is never below 0, so this limit cannot fail"),
         ("--junit gates.xml", "required"),
     ] {

@@ -119,7 +119,7 @@ fn results_without_returns_stand_beside_those_with() {
     assert_eq!(compared["pairs"].as_array().unwrap().len(), 1);
     assert_eq!(compared["pairs"][0]["verdict"], "truth");
     assert_eq!(compared["not_compared"], json!([["truth", "noise"], ["noise", "drift"]]));
-    assert_eq!(compared["promise"]["of_each_result"], json!(false));
+    assert!(compared["promise"]["of_each_result"].is_null());
     // With pairs of another result each result has its own rate of error.
     let two = scored(folder, &format!("{SCORE} -t @/truth.tum -t @/noise.tum --like a.dmp"));
     write(folder, "two.json", &two.to_string());
@@ -133,7 +133,7 @@ fn results_without_returns_stand_beside_those_with() {
 fn what_cannot_be_kept_is_refused_before_the_log_is_read() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    refused(folder, &format!("{TWO} --keep a.json"), 2, &["a.json: a result is kept as .dmp"]);
+    refused(folder, &format!("{TWO} --keep a.json"), 2, &["a.json: a result is written as .dmp"]);
     refused(folder, &format!("{TWO} --keep none/a.dmp"), 2, &["there is no folder none"]);
     refused(folder, &format!("{TWO} --keep a.dmp --map truth=@/town.mcap"), 2, &["a.dmp", "two commands"]);
     for option in ["--decide", "--quick"] {
@@ -209,7 +209,7 @@ fn row_32_forged_results_are_refused_and_take_no_memory() {
                 part.mark ^= u64::from(part.scan == 7);
                 true
             },
-            "holds other returns of scan 7 than others do",
+            "its returns of scan 7 differ from the other results",
         ),
         (
             &|part| {
@@ -244,7 +244,7 @@ fn row_32_forged_results_are_refused_and_take_no_memory() {
                 part.ordinal = 3;
                 true
             },
-            "scan 1 goes on with return 0 behind ",
+            "scan 1 continues with return 0 after ",
         ),
     ];
     for (json, part, words) in both {

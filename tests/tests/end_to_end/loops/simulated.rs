@@ -85,12 +85,21 @@ fn rank(more: &str) -> String {
 }
 
 #[test]
-fn patches_rank_as_whole_maps_do_whatever_the_threads_and_the_memory() {
+fn true_candidates_rank_first_whatever_the_threads_and_the_memory() {
+    let folder = tempfile::tempdir().unwrap();
+    loops(folder.path(), "--true 2 --false 2 --near 0 -o loops");
+    let result = ranked(folder.path(), &rank("--rays 100"), 0);
+    let other = ranked(folder.path(), &rank("--rays 100 --threads 1 --memory 80MiB"), 0);
+    assert_eq!(scores(result.to_string().as_bytes()), scores(other.to_string().as_bytes()));
+    assert_eq!(average_precision(&result), 1.0, "{result:#}");
+}
+
+#[test]
+#[ignore = "nightly: three rankings of 26 candidates"]
+fn patches_rank_as_whole_maps_do() {
     let folder = tempfile::tempdir().unwrap();
     loops(folder.path(), "-o loops");
     let fast = ranked(folder.path(), &rank(""), 0);
-    let other = ranked(folder.path(), &rank("--threads 1 --memory 80MiB"), 0);
-    assert_eq!(scores(fast.to_string().as_bytes()), scores(other.to_string().as_bytes()));
     let direct = ranked(folder.path(), &rank("--direct"), 0);
     assert!(average_precision(&fast) >= 0.97, "{fast:#}");
     assert!((average_precision(&fast) - average_precision(&direct)).abs() <= 0.005);
@@ -114,6 +123,7 @@ fn patches_rank_as_whole_maps_do_whatever_the_threads_and_the_memory() {
 }
 
 #[test]
+#[ignore = "nightly: the map of every accepted loop"]
 fn accepted_loops_make_the_trajectory_better() {
     let folder = tempfile::tempdir().unwrap();
     loops(folder.path(), "-o loops");
