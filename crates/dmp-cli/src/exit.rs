@@ -264,7 +264,7 @@ mod tests {
         let error = EvaluateError::SameName { name: "a".into() };
         assert_eq!(
             one_line(&error.into()),
-            "two runs are called `a`: give them names of their own, as NAME=FILE"
+            "two runs are named `a`: give each its own name, as NAME=FILE"
         );
     }
 }

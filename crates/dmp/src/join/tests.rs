@@ -86,7 +86,7 @@ fn runs_with_one_name_and_two_scores_get_the_names_of_their_reports() {
     twice[1].report.runs[0].warnings.push("slow".into());
     assert_eq!(joined(&twice).report.order, ["truth"]);
     parts[1].name = "td".into();
-    assert_eq!(refusal(&parts), "two runs would be called `td/truth`: give the results names of their own");
+    assert_eq!(refusal(&parts), "two runs would be called `td/truth`: give each result its own name");
     assert_eq!(refusal(&[]), "no result to compare");
 }
 
