@@ -203,8 +203,6 @@ fn option_of_log(setting: LogSetting) -> String {
         LogSetting::StampAt => "--stamp".into(),
         LogSetting::MadeWith => "--made-with".into(),
         LogSetting::TimeOffset => "--time-offset".into(),
-        LogSetting::Camera => "--camera".into(),
-        LogSetting::DepthUnits => "--depth-factor".into(),
         other => other.to_string(),
     }
 }

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use dmp_log::{
-    CameraNumbers, LogError, LogOptions, LogOutline, LogSummary, LogSurvey, MadeWith, PointTime, ScanLog,
+    LogError, LogOptions, LogOutline, LogSummary, LogSurvey, MadeWith, PointTime, ScanLog,
     StampAt, StaticFrames, open_log, outline_log, read_trajectory, survey_log,
 };
 use dmp_sensor::Isometry3;
@@ -54,15 +54,6 @@ pub(crate) struct ReadingArgs {
     #[arg(long, value_name = "SECONDS", default_value = "0.1", value_parser = parse::interval_ns)]
     #[arg(requires = "made_with", help_heading = "Input")]
     scan_period: i64,
-    /// For depth images: the focal lengths and the centre of the camera that took them, pixels, and the distortion
-    /// of its lens. Without it: what a camera.json beside the images says, else what is usual for the dataset
-    #[arg(long, value_name = "FX,FY,CX,CY[,K1,K2,P1,P2[,K3]]", allow_hyphen_values = true)]
-    #[arg(help_heading = "Input")]
-    camera: Option<CameraNumbers>,
-    /// For depth images: how many units of their values are a metre (TUM RGB-D 5000, Redwood 1000). Without it: as
-    /// for --camera
-    #[arg(long, value_name = "UNITS", help_heading = "Input")]
-    depth_factor: Option<f64>,
 }
 
 /// What is told of a log, open or by its index.
@@ -193,8 +184,6 @@ impl ReadingArgs {
             point_time: self.point_time,
             stamp_at: self.stamp,
             made_with: self.made_with.as_ref().map(made_with).transpose()?,
-            camera: self.camera,
-            depth_units_per_m: self.depth_factor,
         })
     }
 }
