@@ -103,7 +103,6 @@ pub use calib::{Calib, find_calib, parse_calib, read_calib};
 pub use cloud::{CloudFormat, CloudSummary, CloudWriter, OrientedPoint, read_cloud};
 pub use companions::{Companions, is_of_log};
 pub use damage::Damage;
-pub use depth_folder::CameraNumbers;
 pub use error::{LogError, ParseError, PlaceInFile};
 pub use frame_info::{FrameInfo, OutlinedScan};
 pub use frames::StaticFrames;

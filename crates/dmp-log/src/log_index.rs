@@ -36,7 +36,6 @@ pub struct LogIndex {
     pub(crate) scans: IndexedScans,
 }
 
-/// Where scans lie.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum IndexedScans {

@@ -79,9 +79,6 @@ pub(super) struct FoundImage {
 
 impl FoundImages {
     /// The images that a list in `path` names; `None` where there is no list, or none in it.
-    ///
-    /// # Errors
-    /// When the list breaks its format.
     pub(crate) fn listed(path: &Path) -> Result<Option<Self>, LogError> {
         let Some((list, mut listed)) = list::find(path)? else { return Ok(None) };
         if listed.is_empty() {
@@ -99,9 +96,6 @@ impl FoundImages {
     }
 
     /// The PNGs in `path`, its `depth/` or its only other folder with `depth` in its name; `None` where there are none.
-    ///
-    /// # Errors
-    /// When a folder cannot be read, and when several could hold the images.
     pub(crate) fn in_folder(path: &Path) -> Result<Option<Self>, LogError> {
         for place in [path.join("depth"), path.to_owned()] {
             if place.is_dir() && !pngs(&place)?.is_empty() {
@@ -121,7 +115,6 @@ impl FoundImages {
         }
     }
 
-    /// How many there are.
     pub(crate) fn len(&self) -> usize {
         self.images.len()
     }

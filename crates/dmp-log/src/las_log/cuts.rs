@@ -24,7 +24,6 @@ pub(super) struct Cut {
     length_ns: i64,
     /// Where in the file its points are, among others perhaps.
     pub(super) points: Range<u64>,
-    /// How many they are.
     pub(super) returns: u64,
 }
 
@@ -35,12 +34,10 @@ impl Cut {
     }
 }
 
-/// What a pass over all points finds.
 #[derive(Debug)]
 pub(super) struct Cuts {
     /// In order of time.
     pub(super) scans: Vec<Cut>,
-    /// Points in them.
     pub(super) returns: u64,
     /// Points of those at times without a pose.
     pub(super) without_pose: u64,

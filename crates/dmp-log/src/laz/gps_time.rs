@@ -20,7 +20,6 @@ const MAX_FAR_OFF: u32 = 3;
 /// A change of sequence is followed by a time in it. There are three others.
 const MAX_CHANGES: usize = 3;
 
-/// A sequence of times.
 #[derive(Debug, Clone, Copy, Default)]
 struct Sequence {
     /// The last time: the bits of a float64 in seconds.
@@ -29,7 +28,6 @@ struct Sequence {
     far_off: u32,
 }
 
-/// Decodes times.
 #[derive(Debug)]
 pub(super) struct GpsTimes {
     after_no_step: SymbolModel,

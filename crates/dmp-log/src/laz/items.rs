@@ -13,9 +13,7 @@ const MAX_EXTRA_BYTES: u16 = 1024;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PointsHead {
     pub(crate) header_bytes: u64,
-    /// Where the points begin.
     pub(crate) data_at: u64,
-    /// The point format, without the bits that mark compression.
     pub(crate) format: u8,
     pub(crate) record_bytes: u16,
     pub(crate) points: u64,
@@ -96,7 +94,6 @@ pub(super) struct Compression {
 }
 
 impl Compression {
-    /// Finds the record.
     pub(super) fn of<R: Read + Seek>(
         bytes: &mut Bytes<'_, R>,
         head: &PointsHead,

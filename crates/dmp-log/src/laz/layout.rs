@@ -33,7 +33,6 @@ impl LazLayout {
         Ok(Self { items, is_layered, layers, record_bytes: head.record_bytes.into(), chunks })
     }
 
-    /// Points of the file.
     pub(super) fn points(&self) -> u64 {
         self.chunks.last().map_or(0, |end| end.first_point)
     }

@@ -8,7 +8,6 @@ use super::record::{self, GPS_TIME_10};
 use super::skipped::Skipped;
 use super::version1::{GpsTimesVersion1, Point10Version1};
 
-/// A decoder of an item.
 #[derive(Debug)]
 enum Field {
     Place(Box<Point10>),
@@ -64,7 +63,6 @@ impl Pointwise {
         self.decoder.left_bytes()
     }
 
-    /// The next point.
     pub(super) fn decode(&mut self, record: &mut [u8]) {
         let decoder = &mut self.decoder;
         for field in &mut self.fields {

@@ -5,8 +5,8 @@ use super::log::{ScanFolder, Times};
 use super::times::{self, Beside};
 use crate::damage::DamageList;
 use crate::points::{
-    FieldExtremes, Origin, TimeChoice, TimeRule, TimeUnit, choose_time, frames_to_look_at, odd_times,
-    time_fields,
+    FieldExtremes, Origin, TimeChoice, TimeRule, TimeUnit, choose_time, frames_to_look_at, no_field,
+    odd_times, time_fields,
 };
 use crate::{Damage, LogError, LogOptions, LogSetting, shown_path};
 use std::path::{Path, PathBuf};
@@ -20,13 +20,11 @@ impl ScanFolder {
             let notes = (self.summary.period_ns, &mut self.summary.notes);
             let beside = Beside::open(times, &self.entries, options, &self.count, notes)?;
             if let Some(beside) = beside {
-                if beside.rule.origin == Origin::Clock && !stamped {
+                if beside.choice.rule.origin == Origin::Clock && !stamped {
                     return Err(needs_stamps(&folder, options));
                 }
-                self.summary.point_times = Some(beside.words.clone());
-                self.summary.middle_ns = beside.middle_ns;
-                self.summary.sweep_ns = beside.sweep_ns;
-                self.give_up(beside.odd_frame, times::NAME);
+                self.summary.take_time(&beside.choice);
+                self.give_up(&beside.choice);
                 self.time = Some(Times::Beside(beside));
             }
             return Ok(());
@@ -50,21 +48,15 @@ impl ScanFolder {
         if self.format == ScanFormat::Las && choice.rule.unit != TimeUnit::Seconds && is_open(options) {
             return Err(las_has_seconds(folder, &choice));
         }
-        self.summary.point_times = Some(choice.words.clone());
-        self.summary.middle_ns = choice.middle_ns;
-        self.summary.sweep_ns = choice.sweep_ns;
-        self.give_up(choice.odd_frame, &choice.field);
+        self.summary.take_time(&choice);
+        self.give_up(&choice);
         let (layouts, mut damage) = (&self.layouts, DamageList::default());
         self.entries.retain(|entry| {
             let layout = layouts.get(entry.layout);
             let kept =
                 entry.points == 0 || layout.is_some_and(|layout| layout.field(&choice.field).is_some());
             if !kept {
-                let what = format!(
-                    "no field `{}`, which the log's first scan has; the scan is skipped",
-                    choice.field
-                );
-                damage.push(Damage::new(shown_path(&entry.file.path), what));
+                damage.push(Damage::new(shown_path(&entry.file.path), no_field(&choice.field)));
             }
             kept
         });
@@ -74,10 +66,10 @@ impl ScanFolder {
     }
 
     /// Leaves out the scan whose times are unlike those of the others.
-    fn give_up(&mut self, odd_frame: Option<usize>, field: &str) {
-        if let Some(frame) = odd_frame.filter(|&frame| frame < self.entries.len()) {
+    fn give_up(&mut self, choice: &TimeChoice) {
+        if let Some(frame) = choice.odd_frame.filter(|&frame| frame < self.entries.len()) {
             let odd = self.entries.remove(frame);
-            self.summary.damage.push(Damage::new(shown_path(&odd.file.path), odd_times(field)));
+            self.summary.damage.push(Damage::new(shown_path(&odd.file.path), odd_times(&choice.field)));
         }
     }
 

@@ -1,15 +1,26 @@
 //! The files of a folder as a log.
 
-use super::entry::Entry;
 use super::file::ScanFile;
 use super::format::ScanFormat;
 use super::times::{Beside, read_times};
-use crate::frame_info::{of_frame, runs_of_eight};
+use crate::frame_info::of_frame;
 use crate::points::{Layout, Rows, TimeChoice};
+use crate::reads::KnownFile;
 use crate::reads::ReadCount;
 use crate::{FrameInfo, LogError, LogIndex, LogOptions, LogSummary, ScanLog, ScanReader};
 use dmp_sensor::Scan;
-use std::ops::Range;
+
+/// A file that can be read.
+#[derive(Debug)]
+pub(super) struct Entry {
+    pub(super) file: KnownFile,
+    pub(super) points: u64,
+    /// Its place among the layouts.
+    pub(super) layout: usize,
+    pub(super) stamp_ns: Option<i64>,
+    /// Fewer points than there should be.
+    pub(super) is_cut: bool,
+}
 
 /// A folder of scans, one file each.
 #[derive(Debug)]
@@ -20,7 +31,6 @@ pub(crate) struct ScanFolder {
     pub(super) frames: Vec<FrameInfo>,
     pub(super) time: Option<Times>,
     pub(super) summary: LogSummary,
-    /// How it was opened.
     pub(super) options: LogOptions,
     pub(super) count: ReadCount,
 }
@@ -84,10 +94,6 @@ impl ScanLog for ScanFolder {
 
     fn index(&self) -> Result<Option<LogIndex>, LogError> {
         Ok(Some(LogIndex::whole(&self.summary, &self.options)))
-    }
-
-    fn groups(&self) -> Vec<Range<usize>> {
-        runs_of_eight(self.entries.len())
     }
 
     fn bytes_read(&self) -> Option<u64> {

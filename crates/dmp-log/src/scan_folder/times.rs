@@ -1,10 +1,10 @@
 //! Times of points in files of their own beside the scans: `times/NAME.f32`, a float32 for each point.
 
-use super::entry::Entry;
+use super::log::Entry;
 use super::stamps::beside;
 use crate::folder::is_folder;
 use crate::points::{
-    ENOUGH, FieldExtremes, Origin, PointTime, RawTime, TimeRule, TimeUnit, USUAL_PERIOD_NS,
+    ENOUGH, FieldExtremes, Origin, PointTime, RawTime, TimeChoice, TimeRule, TimeUnit, USUAL_PERIOD_NS,
     counts_from_stamp, frames_to_look_at, place_stamp,
 };
 use crate::reads::{ReadCount, fill};
@@ -16,21 +16,13 @@ use std::path::{Path, PathBuf};
 
 const TIME_BYTES: u64 = 4;
 /// What the times are called where a field would be named.
-pub(super) const NAME: &str = "times/*.f32";
+const NAME: &str = "times/*.f32";
 
 /// A folder with a file for each scan.
 #[derive(Debug)]
 pub(super) struct Beside {
     folder: PathBuf,
-    pub(super) rule: TimeRule,
-    /// The same in words.
-    pub(super) words: String,
-    /// From the stamp to the middle of a scan, nanoseconds.
-    pub(super) middle_ns: i64,
-    /// From the stamp to the first and to the last return, nanoseconds.
-    pub(super) sweep_ns: [i64; 2],
-    /// The one scan looked at that has other times than the rest.
-    pub(super) odd_frame: Option<usize>,
+    pub(super) choice: TimeChoice,
 }
 
 /// The folder with times of the scans in `folder`.
@@ -80,14 +72,7 @@ impl Beside {
         let evidence = if given.is_some() { "as given" } else { "as such files have them" };
         let choice = place_stamp(&folder, NAME, rule, options.stamp_at, &seen, evidence)?;
         notes.push(format!("a time for each point from {}", shown_path(&folder)));
-        Ok(Some(Self {
-            folder,
-            rule: choice.rule,
-            words: choice.words,
-            middle_ns: choice.middle_ns,
-            sweep_ns: choice.sweep_ns,
-            odd_frame,
-        }))
+        Ok(Some(Self { folder, choice: TimeChoice { odd_frame, ..choice } }))
     }
 }
 
@@ -150,15 +135,18 @@ pub(super) fn read_times(
     scan: &mut Scan,
 ) -> Result<(), LogError> {
     times_of(&beside.folder, entry, count, bytes)?;
-    if let Some(ns_of) = beside.rule.of_f32() {
+    if let Some(ns_of) = beside.choice.rule.of_f32() {
         append(floats(bytes).map(ns_of), scan);
         return Ok(());
     }
     let first = || seconds(bytes).filter(|time| time.is_finite()).reduce(f64::min).map(RawTime::Float);
     // Only rules that count from the scan's first point need to know it.
-    let first = if beside.rule.needs_first() { first() } else { None };
+    let first = if beside.choice.rule.needs_first() { first() } else { None };
     let stamp_ns = entry.stamp_ns.unwrap_or(0);
-    append(seconds(bytes).map(|time| beside.rule.offset_ns(RawTime::Float(time), stamp_ns, first)), scan);
+    append(
+        seconds(bytes).map(|time| beside.choice.rule.offset_ns(RawTime::Float(time), stamp_ns, first)),
+        scan,
+    );
     Ok(())
 }
 

@@ -5,8 +5,9 @@ use super::ahead::Ahead;
 use super::channels::Channels;
 use super::chunk::{ChunkDecoder, ChunkFault};
 use super::message_index::Heads;
-use super::place::McapPlace;
-use super::records::{HEAD_BYTES, MAX_RECORD_BYTES, MESSAGE_HEAD_BYTES, Records, Source, split_message};
+use super::records::{
+    HEAD_BYTES, MAX_RECORD_BYTES, MESSAGE_HEAD_BYTES, McapPlace, Records, Source, split_message,
+};
 use crate::Damage;
 use crate::bag::basics::{Channel, FileFound};
 use crate::damage::DamageList;
@@ -153,7 +154,6 @@ impl Pass<'_, '_> {
         }
     }
 
-    /// Reads a message outside the chunks.
     pub(super) fn message(&mut self, source: &mut Source, at: u64, body_bytes: u64) -> io::Result<()> {
         self.message_up_to(source, at, body_bytes, body_bytes)
     }

@@ -1,6 +1,5 @@
 //! Numbers beside a point's place, and what the formats call their types.
 
-/// A number beside each point's place.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Column {
     /// Its names in PLY, in PCD, and in LAS, where at most 32 bytes of it count.
@@ -74,7 +73,6 @@ impl Column {
     }
 }
 
-/// Bytes of a row of columns.
 pub(super) fn row_bytes(columns: &[Column]) -> usize {
     columns.iter().map(|column| column.number.bytes()).sum()
 }
