@@ -106,8 +106,8 @@ pub(super) fn choose(
     let [width, height] = size_px;
     let option = |problem: String| LogError::Option { path: folder.into(), problem };
     let from_file = |file: &CameraFile| format!("from {}", shown_path(&file.path));
-    let guessed = format!("guessed: usual for {}", layout.words());
-    let (numbers, whence) = match (file, layout.usual_camera()) {
+    let guessed = format!("guessed: usual for {}", layout.usual().words);
+    let (numbers, whence) = match (file, layout.usual().focal_px) {
         (Some(file), _) => (file.numbers, from_file(file)),
         (None, Some(focal_px)) if size_px == USUAL_SIZE_PX => {
             let (centre_px, distortion) = ([319.5, 239.5], Distortion::NONE);
@@ -129,7 +129,7 @@ pub(super) fn choose(
         "camera of {width} x {height} pixels, fx {fx}, fy {fy}, cx {cx}, cy {cy}, {lens} distortion, {whence}"
     ));
     let of_file = file.and_then(|file| Some((file.units_per_m?, from_file(file))));
-    let of_layout = || Some((layout.usual_units_per_m()?, guessed));
+    let of_layout = || Some((layout.usual().units_per_m?, guessed));
     let (units_per_m, whence) = of_file.or_else(of_layout).ok_or_else(|| {
         option(
             "a camera.json beside the images must say how many units of depth are a metre, as depth_scale"

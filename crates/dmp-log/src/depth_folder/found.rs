@@ -22,39 +22,26 @@ pub(super) enum Layout {
     Named,
 }
 
+/// What is usual for a layout.
+pub(super) struct Usual {
+    pub(super) format: LogFormat,
+    pub(super) words: &'static str,
+    /// Focal lengths of the dataset's camera, pixels.
+    pub(super) focal_px: Option<[f64; 2]>,
+    pub(super) units_per_m: Option<f64>,
+}
+
 impl Layout {
-    pub(super) fn of_log(self) -> LogFormat {
-        match self {
-            Self::Tum => LogFormat::TumRgbd,
-            Self::Icl => LogFormat::IclNuim,
-            Self::Numbered | Self::Named => LogFormat::DepthFolder,
-        }
-    }
-
-    pub(super) fn words(self) -> &'static str {
-        match self {
-            Self::Tum => "TUM RGB-D",
-            Self::Icl => "ICL-NUIM",
-            Self::Numbered => "Redwood and Augmented ICL-NUIM",
-            Self::Named => "no dataset",
-        }
-    }
-
-    /// Focal lengths of the dataset's camera, pixels, where there is one.
-    pub(super) fn usual_camera(self) -> Option<[f64; 2]> {
-        match self {
-            Self::Tum | Self::Numbered => Some([525.0, 525.0]),
-            Self::Icl => Some([481.2, -480.0]),
-            Self::Named => None,
-        }
-    }
-
-    pub(super) fn usual_units_per_m(self) -> Option<f64> {
-        match self {
-            Self::Tum | Self::Icl => Some(5000.0),
-            Self::Numbered => Some(1000.0),
-            Self::Named => None,
-        }
+    pub(super) fn usual(self) -> Usual {
+        let (format, words, focal_px, units_per_m) = match self {
+            Self::Tum => (LogFormat::TumRgbd, "TUM RGB-D", Some([525.0; 2]), Some(5000.0)),
+            Self::Icl => (LogFormat::IclNuim, "ICL-NUIM", Some([481.2, -480.0]), Some(5000.0)),
+            Self::Numbered => {
+                (LogFormat::DepthFolder, "Redwood and Augmented ICL-NUIM", Some([525.0; 2]), Some(1000.0))
+            }
+            Self::Named => (LogFormat::DepthFolder, "no dataset", None, None),
+        };
+        Usual { format, words, focal_px, units_per_m }
     }
 }
 
@@ -90,7 +77,8 @@ impl FoundImages {
         }
         let image =
             |listed: Listed| FoundImage { path: path.join(listed.path), stamp_ns: Some(listed.stamp_ns) };
-        let notes = vec![format!("images and stamps from {}, read as {}", shown_path(&list), layout.words())];
+        let notes =
+            vec![format!("images and stamps from {}, read as {}", shown_path(&list), layout.usual().words)];
         let images = listed.into_iter().map(image).collect();
         Ok(Some(Self { folder: path.into(), layout, images, camera_file: camera_file(path, path)?, notes }))
     }
@@ -134,7 +122,7 @@ impl FoundImages {
             Layout::Numbered | Layout::Named => "no stamps",
         };
         let mut notes = vec![order.replace("scans", "images")];
-        notes.push(format!("images in {} read as {}: {stamps}", shown_path(place), layout.words()));
+        notes.push(format!("images in {} read as {}: {stamps}", shown_path(place), layout.usual().words));
         let stamp = |k: usize| stamps_ns.as_ref().and_then(|stamps_ns| stamps_ns.get(k).copied());
         let image = |(k, path): (usize, PathBuf)| FoundImage { path, stamp_ns: stamp(k) };
         let images = files.into_iter().enumerate().map(image).collect();

@@ -78,7 +78,7 @@ impl DepthFolder {
             damage,
             fingerprint: fingerprint::of_names(names.iter().map(|(name, length)| (name.as_str(), *length))),
             bytes,
-            ..LogSummary::of(&folder, layout.of_log())
+            ..LogSummary::of(&folder, layout.usual().format)
         };
         summary.describe(&frames);
         Ok(Self {

@@ -3,6 +3,7 @@
 use super::clock::gps_ns;
 use super::made_with::MadeWith;
 use crate::cloud::las_points::LasPoints;
+use crate::damage::first_in_words;
 use crate::{Damage, LogError, PlaceInFile};
 use dmp_lengths::thousands;
 use std::collections::BTreeMap;
@@ -120,9 +121,8 @@ impl Cuts {
             damage.push(Damage::new("the whole file", what));
         }
         let Some(origin_ns) = origin_ns else {
-            let first = damage.first().map(|first| format!("; {}: {}", first.place, first.what));
             let problem =
-                format!("no point with a time that is a number can be read{}", first.unwrap_or_default());
+                format!("no point with a time that is a number can be read{}", first_in_words(&damage));
             return Err(LogError::malformed(&path, PlaceInFile::WholeFile, problem));
         };
         let cut = |(number, met): (i64, Met)| Cut {

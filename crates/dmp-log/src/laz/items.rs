@@ -93,16 +93,6 @@ pub(super) struct Compression {
     pub(super) is_layered: bool,
 }
 
-impl Compression {
-    pub(super) fn of<R: Read + Seek>(
-        bytes: &mut Bytes<'_, R>,
-        head: &PointsHead,
-    ) -> Result<Self, ParseError> {
-        let (at, size) = find_record(bytes, head)?;
-        read_record(bytes, at, size, head)
-    }
-}
-
 /// Where the record is, and its size.
 fn find_record<R: Read + Seek>(
     bytes: &mut Bytes<'_, R>,
@@ -126,13 +116,13 @@ fn find_record<R: Read + Seek>(
     Err(ParseError::new(PlaceInFile::Byte(head.header_bytes), problem))
 }
 
-fn read_record<R: Read + Seek>(
+/// What the record says, compared with the header.
+pub(super) fn compression<R: Read + Seek>(
     bytes: &mut Bytes<'_, R>,
-    at: u64,
-    size: u64,
     head: &PointsHead,
 ) -> Result<Compression, ParseError> {
     const REWRITE: &str = "is not read: rewrite the file with las2las or pdal";
+    let (at, size) = find_record(bytes, head)?;
     let compressor = bytes.u16(at, "the compressor")?;
     let cutting = match bytes.u32(at + 12, "the points of a chunk")? {
         _ if compressor == 1 => Cutting::Whole,

@@ -62,7 +62,7 @@ impl Channel {
             dx_expected: [Median::new(); 12],
             dy_expected: [Median::new(); 12],
             z_expected: [last.place[2]; 8],
-            gps_times: GpsTimes::changed_only(last.gps_time),
+            gps_times: GpsTimes::new(last.gps_time, 1),
         }
     }
 

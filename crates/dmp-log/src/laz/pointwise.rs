@@ -24,13 +24,9 @@ impl Field {
         match (item.kind, item.version) {
             (ItemKind::Point10, 1) => Self::PlaceVersion1(Box::new(Point10Version1::new(first))),
             (ItemKind::GpsTime11, 1) => Self::TimeVersion1(Box::new(GpsTimesVersion1::new(time))),
-            (ItemKind::GpsTime11, _) => Self::Time(Box::new(GpsTimes::version_2(time))),
-            (ItemKind::Rgb12, 1) => Self::Skipped(Skipped::rgb_version_1()),
-            (ItemKind::Rgb12, _) => Self::Skipped(Skipped::rgb()),
-            (ItemKind::Wavepacket13, _) => Self::Skipped(Skipped::wavepacket()),
-            (ItemKind::Byte, _) => Self::Skipped(Skipped::bytes(item.bytes.into())),
+            (ItemKind::GpsTime11, _) => Self::Time(Box::new(GpsTimes::new(time, 0))),
             // Layered items do not come here: the layout is checked.
-            _ => Self::Place(Box::new(Point10::new(first))),
+            _ => Skipped::of(item).map_or_else(|| Self::Place(Box::new(Point10::new(first))), Self::Skipped),
         }
     }
 }
