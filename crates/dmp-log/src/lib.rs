@@ -76,7 +76,6 @@ mod mcap_file;
 mod memory_log;
 mod mesh;
 mod open;
-mod open_index;
 mod options;
 mod outline;
 mod part_log;

@@ -1,8 +1,8 @@
 //! Where the times of a folder's points are, and what they mean.
 
 use super::format::ScanFormat;
-use super::log::{ScanFolder, Times};
-use super::times::{self, Beside};
+use super::log::ScanFolder;
+use super::times;
 use crate::damage::DamageList;
 use crate::points::{
     FieldExtremes, Origin, TimeChoice, TimeRule, TimeUnit, choose_time, frames_to_look_at, no_field,
@@ -18,15 +18,15 @@ impl ScanFolder {
         let stamped = self.entries.iter().any(|entry| entry.stamp_ns.is_some());
         if let Some(times) = times::folder_beside(&folder)? {
             let notes = (self.summary.period_ns, &mut self.summary.notes);
-            let beside = Beside::open(times, &self.entries, options, &self.count, notes)?;
-            if let Some(beside) = beside {
-                if beside.choice.rule.origin == Origin::Clock && !stamped {
-                    return Err(needs_stamps(&folder, options));
-                }
-                self.summary.take_time(&beside.choice);
-                self.give_up(&beside.choice);
-                self.time = Some(Times::Beside(beside));
+            let Some(choice) = times::choose(&times, &self.entries, options, &self.count, notes)? else {
+                return Ok(());
+            };
+            if choice.rule.origin == Origin::Clock && !stamped {
+                return Err(needs_stamps(&folder, options));
             }
+            self.give_up(&choice);
+            self.take_time(choice);
+            self.times = Some(times);
             return Ok(());
         }
         let Some(layout) = self.first_layout().filter(|_| self.summary.returns > 0) else { return Ok(()) };
@@ -48,7 +48,6 @@ impl ScanFolder {
         if self.format == ScanFormat::Las && choice.rule.unit != TimeUnit::Seconds && is_open(options) {
             return Err(las_has_seconds(folder, &choice));
         }
-        self.summary.take_time(&choice);
         self.give_up(&choice);
         let (layouts, mut damage) = (&self.layouts, DamageList::default());
         self.entries.retain(|entry| {
@@ -61,8 +60,13 @@ impl ScanFolder {
             kept
         });
         self.summary.damage.append(&mut damage.into_vec());
-        self.time = Some(Times::Field(choice));
+        self.take_time(choice);
         Ok(())
+    }
+
+    fn take_time(&mut self, choice: TimeChoice) {
+        self.summary.take_time(&choice);
+        self.time = Some(choice);
     }
 
     /// Leaves out the scan whose times are unlike those of the others.

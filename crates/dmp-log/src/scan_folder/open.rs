@@ -59,6 +59,7 @@ impl ScanFolder {
             layouts,
             frames,
             time: None,
+            times: None,
             summary,
             options: options.clone(),
             count: ReadCount::default(),

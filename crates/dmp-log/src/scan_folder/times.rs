@@ -18,13 +18,6 @@ const TIME_BYTES: u64 = 4;
 /// What the times are called where a field would be named.
 const NAME: &str = "times/*.f32";
 
-/// A folder with a file for each scan.
-#[derive(Debug)]
-pub(super) struct Beside {
-    folder: PathBuf,
-    pub(super) choice: TimeChoice,
-}
-
 /// The folder with times of the scans in `folder`.
 pub(super) fn folder_beside(folder: &Path) -> Result<Option<PathBuf>, LogError> {
     for path in beside(folder, "times") {
@@ -35,45 +28,37 @@ pub(super) fn folder_beside(folder: &Path) -> Result<Option<PathBuf>, LogError> 
     Ok(None)
 }
 
-impl Beside {
-    /// Compares the counts; `None` where the times are not wanted.
-    pub(super) fn open(
-        folder: PathBuf,
-        entries: &[Entry],
-        options: &LogOptions,
-        count: &ReadCount,
-        (period_ns, notes): (Option<i64>, &mut Vec<String>),
-    ) -> Result<Option<Self>, LogError> {
-        if options.point_time == PointTime::Ignore {
-            notes.push(format!("{}: not used, as was asked", shown_path(&folder)));
-            return Ok(None);
-        }
-        let given = TimeRule::given(options.point_time);
-        let rule = given.unwrap_or(TimeRule::new(TimeUnit::Seconds, Origin::Stamp));
-        for entry in entries {
-            let path = file_of(&folder, entry);
-            let length = fs::metadata(&path).map_err(|e| LogError::io(&path, "open", e))?.len();
-            let times = length / TIME_BYTES;
-            // A cut scan has fewer points than times; the first ones belong together.
-            if times != entry.points && !(entry.is_cut && times > entry.points) {
-                let (other, other_count) = (entry.file.path.clone(), entry.points);
-                return Err(LogError::CountMismatch {
-                    path,
-                    count: times,
-                    what: "times",
-                    other,
-                    other_count,
-                });
-            }
-        }
-        let mut seen = extremes(&folder, entries, count)?;
-        let odd_frame = if given.is_none() { odd_frame(&seen, rule.unit, period_ns) } else { None };
-        seen.retain(|scan| Some(scan.frame) != odd_frame);
-        let evidence = if given.is_some() { "as given" } else { "as such files have them" };
-        let choice = place_stamp(&folder, NAME, rule, options.stamp_at, &seen, evidence)?;
-        notes.push(format!("a time for each point from {}", shown_path(&folder)));
-        Ok(Some(Self { folder, choice: TimeChoice { odd_frame, ..choice } }))
+/// What the times in a folder with a file for each scan mean; `None` where they are not wanted. Compares the counts.
+pub(super) fn choose(
+    folder: &Path,
+    entries: &[Entry],
+    options: &LogOptions,
+    count: &ReadCount,
+    (period_ns, notes): (Option<i64>, &mut Vec<String>),
+) -> Result<Option<TimeChoice>, LogError> {
+    if options.point_time == PointTime::Ignore {
+        notes.push(format!("{}: not used, as was asked", shown_path(folder)));
+        return Ok(None);
     }
+    let given = TimeRule::given(options.point_time);
+    let rule = given.unwrap_or(TimeRule::new(TimeUnit::Seconds, Origin::Stamp));
+    for entry in entries {
+        let path = file_of(folder, entry);
+        let length = fs::metadata(&path).map_err(|e| LogError::io(&path, "open", e))?.len();
+        let times = length / TIME_BYTES;
+        // A cut scan has fewer points than times; the first ones belong together.
+        if times != entry.points && !(entry.is_cut && times > entry.points) {
+            let (other, other_count) = (entry.file.path.clone(), entry.points);
+            return Err(LogError::CountMismatch { path, count: times, what: "times", other, other_count });
+        }
+    }
+    let mut seen = extremes(folder, entries, count)?;
+    let odd_frame = if given.is_none() { odd_frame(&seen, rule.unit, period_ns) } else { None };
+    seen.retain(|scan| Some(scan.frame) != odd_frame);
+    let evidence = if given.is_some() { "as given" } else { "as such files have them" };
+    let choice = place_stamp(folder, NAME, rule, options.stamp_at, &seen, evidence)?;
+    notes.push(format!("a time for each point from {}", shown_path(folder)));
+    Ok(Some(TimeChoice { odd_frame, ..choice }))
 }
 
 fn file_of(folder: &Path, entry: &Entry) -> PathBuf {
@@ -128,25 +113,23 @@ fn odd_frame(seen: &[FieldExtremes], unit: TimeUnit, period_ns: Option<i64>) -> 
 
 /// Adds the times of its points to a scan.
 pub(super) fn read_times(
-    beside: &Beside,
+    folder: &Path,
+    rule: TimeRule,
     entry: &Entry,
     count: &ReadCount,
     bytes: &mut Vec<u8>,
     scan: &mut Scan,
 ) -> Result<(), LogError> {
-    times_of(&beside.folder, entry, count, bytes)?;
-    if let Some(ns_of) = beside.choice.rule.of_f32() {
+    times_of(folder, entry, count, bytes)?;
+    if let Some(ns_of) = rule.of_f32() {
         append(floats(bytes).map(ns_of), scan);
         return Ok(());
     }
     let first = || seconds(bytes).filter(|time| time.is_finite()).reduce(f64::min).map(RawTime::Float);
     // Only rules that count from the scan's first point need to know it.
-    let first = if beside.choice.rule.needs_first() { first() } else { None };
+    let first = if rule.needs_first() { first() } else { None };
     let stamp_ns = entry.stamp_ns.unwrap_or(0);
-    append(
-        seconds(bytes).map(|time| beside.choice.rule.offset_ns(RawTime::Float(time), stamp_ns, first)),
-        scan,
-    );
+    append(seconds(bytes).map(|time| rule.offset_ns(RawTime::Float(time), stamp_ns, first)), scan);
     Ok(())
 }
 

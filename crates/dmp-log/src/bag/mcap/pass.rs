@@ -119,10 +119,8 @@ impl Pass<'_, '_> {
             Ok(()) => Ok(true),
             Err(ChunkFault::Io(error)) => Err(error),
             Err(ChunkFault::Damaged(problem)) => {
-                self.lost(
-                    at,
-                    format!("a chunk of {} bytes is damaged and skipped: {problem}", thousands(body_bytes)),
-                );
+                let bytes = thousands(body_bytes);
+                self.lost(at, format!("a chunk of {bytes} bytes is damaged and skipped: {problem}"));
                 Ok(false)
             }
         }
@@ -147,10 +145,8 @@ impl Pass<'_, '_> {
         }
         let rest = whole.rest();
         if rest > 0 {
-            self.lost(
-                at,
-                format!("the last {} bytes of the chunk are no whole record and are lost", thousands(rest)),
-            );
+            let rest = thousands(rest);
+            self.lost(at, format!("the last {rest} bytes of the chunk are no whole record and are lost"));
         }
     }
 

@@ -163,12 +163,8 @@ impl Pass<'_, '_> {
         let crc = hasher.finalize();
         self.data_crc_compared = true;
         if crc != claimed {
-            self.lost(
-                at,
-                format!(
-                    "the CRC of the data is {crc:08x}, the file says {claimed:08x}: some message is wrong"
-                ),
-            );
+            let crcs = format!("the CRC of the data is {crc:08x}, the file says {claimed:08x}");
+            self.lost(at, format!("{crcs}: some message is wrong"));
         }
         Ok(())
     }
