@@ -38,7 +38,10 @@ fn options(folder: &Path) -> LogOptions {
 fn depths_mm(image: &[u8]) -> Vec<u16> {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("00000.png"), image).unwrap();
-    let log = open_log(folder.path(), &options(folder.path())).unwrap();
+    let [width, height] = [16, 20].map(|at| u32::from_be_bytes(image[at..at + 4].try_into().unwrap()));
+    let size = format!("\"width\":{width},\"height\":{height}");
+    fs::write(folder.path().join("camera.json"), CAMERA.replace("\"width\":12,\"height\":9", &size)).unwrap();
+    let log = open_log(folder.path(), &LogOptions::default()).unwrap();
     assert!(log.summary().damage.is_empty(), "{:?}", log.summary().damage);
     let scan = read_all(&*log).remove(0);
     scan.points_in_sensor_m.iter().map(|point| (f64::from(point[2]) * 1000.0).round() as u16).collect()
