@@ -203,8 +203,6 @@ fn option_of_log(setting: LogSetting) -> String {
         LogSetting::StampAt => "--stamp".into(),
         LogSetting::MadeWith => "`dmp convert log --made-with`".into(),
         LogSetting::TimeOffset => "--time-offset".into(),
-        LogSetting::Camera => "in a camera.json beside them:".into(),
-        LogSetting::DepthUnits => "as depth_scale in a camera.json:".into(),
         other => other.to_string(),
     }
 }
