@@ -260,9 +260,6 @@ mod tests {
         assert!(one_line(&error().into()).ends_with("score all of it, without --quick"));
         assert!(error().to_string().ends_with("score all of it, without `quick`"));
         let error = EvaluateError::SameName { name: "a".into() };
-        assert_eq!(
-            one_line(&error.into()),
-            "two runs are named `a`: give each its own name, as NAME=FILE"
-        );
+        assert_eq!(one_line(&error.into()), "two runs are named `a`: give each its own name, as NAME=FILE");
     }
 }

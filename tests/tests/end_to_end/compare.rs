@@ -98,8 +98,7 @@ fn results_that_were_made_alike_stand_in_one_table() {
     let three = compared("first.json second.json all.json");
     assert_eq!((three["pairs"].as_array().unwrap().len(), &three["not_compared"]), (3, &json!([])));
     // Gates hold for all of them.
-    let (code, table) =
-        compare(folder, "first.json second.json --expect best:truth --expect noise:R_cv<9");
+    let (code, table) = compare(folder, "first.json second.json --expect best:truth --expect noise:R_cv<9");
     assert_eq!(code, 4);
     has(
         &table,
