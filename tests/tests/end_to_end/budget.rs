@@ -21,7 +21,7 @@ fn drive(folder: &Path, runs: u64) -> String {
         RecordingOptions { seed: 4, scans: 100, route: Route::Loop, speed_m_s: 8.0, traffic: 2, lidar };
     let (scans, truth) = recorded(&options);
     write_mcap(&folder.join("town.mcap"), &scans);
-    let mut arguments = "score town.mcap --json --trust --threads 2 --work work".to_owned();
+    let mut arguments = "score town.mcap --json --trust --drift=none --threads 2 --work work".to_owned();
     fs::create_dir(folder.join("work")).unwrap();
     for seed in 0..runs {
         let wrong =

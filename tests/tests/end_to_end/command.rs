@@ -46,7 +46,7 @@ fn the_json_is_documented_and_is_read_back_as_the_report() {
     assert_documented(&json);
     let report: dmp::Report = serde_json::from_value(json.clone()).unwrap();
     assert_eq!(serde_json::to_value(&report).unwrap(), json);
-    assert_eq!(json["schema"], "dmp-score/2");
+    assert_eq!((&json["schema"], &json["left_out"]), (&"dmp-score/2".into(), &serde_json::json!([])));
     assert_eq!(report.order, ["truth", "noise", "drift", "collapsed"]);
     assert!(report.ties.is_empty() && report.pairs.len() == 6 && report.runs.len() == 4);
     for pair in &report.pairs {

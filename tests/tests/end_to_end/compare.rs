@@ -6,15 +6,15 @@ use serde_json::{Value, json};
 
 use crate::command::assert_documented;
 use crate::common::{
-    TWO, dmp, dmp_command, done, ends, has, misused, once, refused, sample, text, unwrapped, write,
+    SCORE, TWO, dmp, dmp_command, done, ends, has, misused, once, refused, sample, text, unwrapped, write,
 };
 
 /// Scores these runs of the samples and keeps the JSON as `name`.
 fn save(folder: &Path, name: &str, options: &str) -> Value {
     let scored = if options.contains("--like") {
-        done(folder, &format!("score @/town.mcap {options} --json --quiet"))
+        done(folder, &format!("{SCORE} {options} --json --quiet"))
     } else {
-        once(&format!("score @/town.mcap {options} --json --quiet")).stdout()
+        once(&format!("{SCORE} {options} --json --quiet")).stdout()
     };
     write(folder, name, &scored);
     serde_json::from_str(&scored).unwrap()
@@ -161,7 +161,7 @@ fn a_result_to_be_like_must_make_sense() {
     let json = save(folder, "a.json", "-t @/truth.tum --sample 30 --ego=-1,-1,-1,1,1,1 --every 2");
     save(folder, "b.json", "-t @/noise.tum --like a.json");
     assert_eq!(compare(folder, "a.json b.json").0, 0);
-    let like = "score @/town.mcap -t @/noise.tum --like";
+    let like = &format!("{SCORE} -t @/noise.tum --like");
     for (pointer, value, code, words) in [
         ("/config/segments/starts_scan/1", json!(7), 2, "segments from scan 7: a segment cannot begin there"),
         ("/config/ego", json!("cat"), 1, "changed.json: config.ego is `cat`"),
@@ -206,7 +206,7 @@ fn files_that_are_no_results_are_named() {
     // A log that was cut is as cut here, and a gate that fails goes before that.
     let town = std::fs::read(sample("town.mcap")).unwrap();
     std::fs::write(folder.join("cut.mcap"), &town[..town.len() - town.len() / 10]).unwrap();
-    let cut = ends(folder, "score cut.mcap -t @/truth.tum --json --quiet", 3);
+    let cut = ends(folder, "score cut.mcap -t @/truth.tum --trust --drift=none --json --quiet", 3);
     write(folder, "cut.json", &text(&cut.stdout));
     for (options, code) in [("", 3), ("--expect R_cv<9", 3), ("--expect R_cv<1", 4)] {
         let output = ends(folder, &format!("compare cut.json {options}"), code);

@@ -3,7 +3,7 @@
 use dmp::{Config, Run, evaluate};
 use dmp_sensor::{Isometry3, Scan, Trajectory};
 
-use crate::common::{open, small_town, write_mcap};
+use crate::common::{open, plain, small_town, write_mcap};
 
 #[test]
 fn every_return_is_accounted_for() {
@@ -35,7 +35,7 @@ fn every_return_is_accounted_for() {
     let log = open(&path);
     let runs = [Run::new("whole", truth.clone()), Run::new("half", half_run)];
     let ego = dmp::Ego::BoxMm([-3000, 0, -3000], [3000, 6000, 0]);
-    let config = Config { every: 3, ego, per_tile: true, ..Config::default() };
+    let config = Config { every: 3, ego, per_tile: true, ..plain() };
     let report = evaluate(log.as_ref(), &runs, &config, ()).unwrap();
     let inputs = &report.inputs;
     let total: u64 = scans.iter().map(|scan| scan.len() as u64).sum();
@@ -81,7 +81,7 @@ fn a_log_without_usable_returns_is_an_error_with_the_counts() {
     write_mcap(&path, &(0..5).map(scan).collect::<Vec<_>>());
     let poses = (0..5).map(|k| (k * 100_000_000, Isometry3::identity())).collect();
     let run = Run::new("still", Trajectory::stamped(poses).unwrap().trajectory);
-    let error = evaluate(open(&path).as_ref(), &[run], &Config::default(), ()).unwrap_err();
+    let error = evaluate(open(&path).as_ref(), &[run], &plain(), ()).unwrap_err();
     assert_eq!(error.to_string(), "no return is used: 5 non_finite, 5 no_return");
 }
 
@@ -107,7 +107,7 @@ fn a_vehicle_that_stands_most_of_the_time_is_not_the_world() {
     let start = (stamps_ns[0], truth.poses()[0]);
     let moved = stamps_ns.iter().map(|ns| ns + wait_ns).zip(truth.poses().iter().copied());
     let run = Trajectory::stamped(std::iter::once(start).chain(moved).collect()).unwrap().trajectory;
-    let config = Config { max_time_gap_ns: Some(i64::MAX), ..Config::default() };
+    let config = Config { max_time_gap_ns: Some(i64::MAX), ..plain() };
     let report = evaluate(open(&path).as_ref(), &[Run::new("run", run)], &config, ()).unwrap();
     assert!(report.config.segments.travel_m > 50.0);
     assert_eq!(

@@ -4,14 +4,16 @@ use std::fs;
 
 use crate::common::{done, has, on_small_disk, sample, scores, text, town_in};
 
-const SCORE: &str = "$DMP score town.mcap -t truth.tum -t drift.tum";
+const SCORE: &str = "$DMP score town.mcap -t truth.tum -t drift.tum --trust --drift=none";
 
 #[test]
 fn a_full_disk_ends_a_score_and_room_resumes_it() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     town_in(path);
-    let expected = scores(done(path, "score town.mcap -t truth.tum -t drift.tum --json").as_bytes());
+    let expected = scores(
+        done(path, "score town.mcap -t truth.tum -t drift.tum --trust --drift=none --json").as_bytes(),
+    );
     let score = format!("{SCORE} --work disk --json --memory 32MiB --resume=0.01");
     let script = format!(
         "{score} >/dev/null 2>first.txt; echo $? >first.code; mount -o remount,size=200m disk || exit 99; \
@@ -50,7 +52,8 @@ fn a_disk_that_is_too_small_is_reported_before_anything_is_written() {
 #[test]
 fn an_output_that_finds_the_disk_full_costs_no_scores() {
     let (town, truth) = (sample("town.mcap"), sample("truth.tum"));
-    let score = format!("$DMP score {} -t {} --json --quiet", town.display(), truth.display());
+    let score =
+        format!("$DMP score {} -t {} --trust --drift=none --json --quiet", town.display(), truth.display());
     for (option, file) in [("--residuals", "out.ply"), ("--scene", "out.mcap")] {
         let folder = tempfile::tempdir().unwrap();
         let script = format!(
@@ -72,12 +75,14 @@ fn a_full_work_folder_leaves_no_part_half_done() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     town_in(path);
-    let expected = scores(done(path, "score town.mcap -t truth.tum -t drift.tum --json").as_bytes());
-    let script = "D=\"$DMP -q\"; $D shard plan town.mcap -t truth.tum -t drift.tum -o disk/work >/dev/null || exit 2; \
+    let expected = scores(
+        done(path, "score town.mcap -t truth.tum -t drift.tum --trust --drift=none --json").as_bytes(),
+    );
+    let script = "D=\"$DMP -q\"; $D shard plan town.mcap -t truth.tum -t drift.tum --trust --drift=none -o disk/work >/dev/null || exit 2; \
          $D shard fuse disk/work --part 1/2 2>first.txt || $D shard fuse disk/work --part 2/2 2>first.txt; echo $? >first.code; \
          ls -A disk/work >left.txt; mount -o remount,size=200m disk || exit 99; \
          for i in 1 2; do $D shard fuse disk/work --part $i/2 || exit 3; done; \
-         for stage in merge cast drift; do $D shard $stage disk/work --part 1/1 || exit 3; done; \
+         for stage in merge cast; do $D shard $stage disk/work --part 1/1 || exit 3; done; \
          $D shard reduce disk/work --json";
     let Some(output) = on_small_disk(path, "320k", script) else { return };
     let read = |name: &str| fs::read_to_string(path.join(name)).unwrap();

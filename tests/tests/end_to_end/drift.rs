@@ -6,7 +6,7 @@ use dmp_sensor::{Isometry3, Scan, Trajectory, Translation3, UnitQuaternion, Vect
 use dmp_sim::{LidarOptions, Recording, RecordingOptions, Route, Scenery};
 
 use crate::common::{
-    TWO, done, drift, has, json, misused, noise, once, open, real_data, recorded, refused, runs_of, save_tum,
+    done, drift, has, json, misused, noise, once, open, real_data, recorded, refused, runs_of, save_tum,
     trajectory, write_mcap,
 };
 
@@ -220,6 +220,7 @@ pub(crate) fn one_way() -> (Vec<Scan>, Trajectory) {
     })
 }
 
+const BOTH: &str = "score @/town.mcap -t @/truth.tum -t @/drift.tum --trust";
 const RUNS: &str = "@/town.mcap -t @/truth.tum -t @/drift.tum --json --quiet";
 
 #[test]
@@ -251,7 +252,7 @@ fn a_score_has_the_drift_of_some_pairs_or_of_as_many_as_are_asked_for() {
         serde_json::from_value(once(&format!("drift {RUNS} {more}")).json()).unwrap()
     };
     let of_score = |more: &str| -> Option<DriftReport> {
-        serde_json::from_value(json(path, &format!("{TWO} --sample 20 {more}"))["drift"].clone()).unwrap()
+        serde_json::from_value(json(path, &format!("{BOTH} --sample 20 {more}"))["drift"].clone()).unwrap()
     };
     // The single visits are left to `dmp drift`.
     let three = of_drift("--pairs 3");
@@ -259,7 +260,7 @@ fn a_score_has_the_drift_of_some_pairs_or_of_as_many_as_are_asked_for() {
     assert_eq!(of_score("--drift=3"), Some(DriftReport { visits: Vec::new(), ..three }));
     assert_eq!(of_score("--drift").map(|all| all.pairs_measured), Some(of_drift("").pairs_found));
     assert_eq!(of_score(""), None);
-    let whole: dmp::Report = serde_json::from_value(once(&format!("{TWO} --json --quiet")).json()).unwrap();
+    let whole: dmp::Report = serde_json::from_value(once(&format!("{BOTH} --json --quiet")).json()).unwrap();
     let few = whole.drift.unwrap();
     assert!(few.pairs_measured > 3 && few.pairs_measured <= few.segments.div_ceil(2), "{few:?}");
 
@@ -269,7 +270,7 @@ fn a_score_has_the_drift_of_some_pairs_or_of_as_many_as_are_asked_for() {
     for (wrong, words) in
         [("--drift=0", "1 or more, `all` or `none`"), ("--drift=3 --quick", "cannot be used with")]
     {
-        misused(path, &format!("{TWO} {wrong}"), &[words]);
+        misused(path, &format!("{BOTH} {wrong}"), &[words]);
     }
 }
 

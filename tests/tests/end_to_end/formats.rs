@@ -36,7 +36,7 @@ fn write_rosbag2(folder: &Path, from: &Path) {
     }
 }
 
-const RUNS: &str = "-t @/truth.tum -t @/drift.tum -t @/collapsed.tum --voxel 0.3";
+const RUNS: &str = "-t @/truth.tum -t @/drift.tum -t @/collapsed.tum --voxel 0.3 --trust --drift=none";
 
 /// The scores of the samples on a log, without what depends on the file.
 fn scores(folder: &Path, log: &str) -> Value {

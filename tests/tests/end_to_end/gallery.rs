@@ -140,12 +140,11 @@ fn arguments(folder: &Path, name: &str) -> String {
     }
 }
 
-#[test]
-fn the_command_prints_what_the_gallery_quotes() {
+fn the_command_prints(is_chosen: impl Fn(&str) -> bool) {
     let quotes = quotes(&page());
     assert_eq!(quotes.len(), page().matches("```text").count());
     let mut wrong = Vec::new();
-    for (name, quoted) in &quotes {
+    for (name, quoted) in quotes.iter().filter(|(name, _)| is_chosen(name)) {
         let folder = tempfile::tempdir().unwrap();
         let output = dmp(folder.path(), &arguments(folder.path(), name));
         let printed = text(&output.stderr) + &text(&output.stdout);
@@ -154,6 +153,19 @@ fn the_command_prints_what_the_gallery_quotes() {
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn the_command_prints_some_of_what_the_gallery_quotes() {
+    the_command_prints(|name| {
+        ["A line that was cut", "Log and trajectory swapped", "Cut short"].contains(&name)
+    });
+}
+
+#[test]
+#[ignore = "nightly: fifteen scores"]
+fn the_command_prints_all_that_the_gallery_quotes() {
+    the_command_prints(|_| true);
 }
 
 #[test]

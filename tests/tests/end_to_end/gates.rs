@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use crate::command::assert_documented;
 use crate::common::{
-    TWO, dmp, dmp_command, ends, has, misused, once, refused, sample_rows, text, tum, unwrapped, write,
+    SCORE, TWO, dmp, dmp_command, ends, has, misused, once, refused, sample_rows, text, tum, unwrapped, write,
 };
 
 /// `dmp compare` of a saved score with gates: as `dmp score` judges them.
@@ -83,8 +83,7 @@ fn the_same_run_elsewhere_is_the_same_and_another_is_not() {
     rows.iter_mut().for_each(|row| row[1] += 432_100.25);
     write(folder.path(), "moved.tum", &tum(&rows));
     let score = |options: &str, code: i32| {
-        let output =
-            ends(folder.path(), &format!("score @/town.mcap -t @/truth.tum {options} --json --quiet"), code);
+        let output = ends(folder.path(), &format!("{SCORE} -t @/truth.tum {options} --json --quiet"), code);
         (serde_json::from_slice::<Value>(&output.stdout).unwrap(), text(&output.stderr))
     };
     let (same, stderr) = score("-t moved.tum --expect same --same-within 1%", 0);
@@ -103,7 +102,7 @@ fn the_same_run_elsewhere_is_the_same_and_another_is_not() {
 fn a_score_that_is_not_given_fails_with_the_reason() {
     let folder = tempfile::tempdir().unwrap();
     // Of voxels so small few have three points, and few returns are predicted.
-    let score = "score @/town.mcap -t @/truth.tum --voxel 0.15 --expect R_cv<9 --quiet";
+    let score = &format!("{SCORE} -t @/truth.tum --voxel 0.15 --expect R_cv<9 --quiet");
     let output = ends(folder.path(), score, 4);
     has(&text(&output.stderr), &["gate failed: truth: R_cv 10 m is not given: coverage is ", "below 0.5 ("]);
 }

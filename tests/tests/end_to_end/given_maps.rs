@@ -9,7 +9,8 @@ use dmp_log::NO_CHECKSUMS;
 use dmp_sensor::{Isometry3, Ray, Track, Trajectory, Translation3, UnitQuaternion, Vector3};
 
 use crate::common::{
-    SMALL_CHUNK, comparable, ends, has, open, refused, score, small_town, text, write_chunks, write_mcap,
+    SCORE, SMALL_CHUNK, comparable, ends, has, open, plain, refused, score, small_town, text, write_chunks,
+    write_mcap,
 };
 use crate::resume::in_pieces;
 
@@ -81,7 +82,7 @@ fn write_las(path: &Path, points: &[[f64; 3]], wkt: Option<&str>) {
 fn a_cloud_of_the_same_points_gives_the_same_map_in_every_format() {
     let folder = tempfile::tempdir().unwrap();
     let (log, truth, points) = town(folder.path());
-    let config = Config { voxel_m: Some(0.3), ego: dmp::Ego::None, ..Config::default() };
+    let config = Config { voxel_m: Some(0.3), ego: dmp::Ego::None, ..plain() };
     let config = Config { save_maps: Some(folder.path().to_path_buf()), ..config };
     let fused = score(&log, &[Run::new("fused", truth.clone())], &config);
     let of_fused = &fused.runs[0];
@@ -115,7 +116,7 @@ fn a_given_cloud_that_is_sparse_or_elsewhere_is_warned_of_with_its_cause() {
     let cloud = folder.path().join("cloud.ply");
     let doubt = |points: &[[f64; 3]], voxel_m: f64| -> Option<String> {
         write_cloud(&cloud, points);
-        let config = Config { voxel_m: Some(voxel_m), ego: dmp::Ego::None, ..Config::default() };
+        let config = Config { voxel_m: Some(voxel_m), ego: dmp::Ego::None, ..plain() };
         let report = score(&log, &with_map(&truth, cloud.clone()), &config);
         let mut warnings = report.runs[0].warnings.iter().map(ToString::to_string);
         warnings.find(|warning| warning.contains("are where its map has a surface"))
@@ -138,7 +139,7 @@ fn runs_with_given_maps_are_compared_on_r_near() {
     write_cloud(&bad, &bent);
     let runs = [("bad", bad), ("good", good)]
         .map(|(name, map)| Run { map: MapSource::Given(map), ..Run::new(name, truth.clone()) });
-    let report = score(&log, &runs, &Config::default());
+    let report = score(&log, &runs, &plain());
     assert_eq!(report.order, ["good", "bad"]);
     assert_eq!(
         (report.pairs[0].basis, report.pairs[0].verdict.better()),
@@ -154,14 +155,13 @@ fn maps_of_different_voxels_are_not_compared() {
     let folder = tempfile::tempdir().unwrap();
     let (log, truth, _) = town(folder.path());
     let save = |voxel_m: f64, name: &str| {
-        let config =
-            Config { voxel_m: Some(voxel_m), save_maps: Some(folder.path().into()), ..Config::default() };
+        let config = Config { voxel_m: Some(voxel_m), save_maps: Some(folder.path().into()), ..plain() };
         score(&log, &[Run::new(name, truth.clone())], &config);
         let map = MapSource::Given(folder.path().join(format!("{name}.dmpmap")));
         Run { map, ..Run::new(name, truth.clone()) }
     };
     let runs = [save(0.2, "fine"), save(0.5, "coarse")];
-    let error = evaluate(open(&log).as_ref(), &runs, &Config::default(), ()).unwrap_err();
+    let error = evaluate(open(&log).as_ref(), &runs, &plain(), ()).unwrap_err();
     assert!(matches!(error, EvaluateError::DifferentVoxels { .. }), "{error}");
 }
 
@@ -179,7 +179,7 @@ fn row_08_points_of_a_map_that_are_not_finite_are_dropped_and_counted() {
     let (_, _, points) = town(folder.path());
     let holes: Points =
         points.iter().flat_map(|&p| [p, [f64::NAN, p[1], p[2]], [p[0], p[1], f64::INFINITY]]).collect();
-    let [whole, run] = [&points, &holes].map(|points| scored(folder.path(), points, &Config::default()));
+    let [whole, run] = [&points, &holes].map(|points| scored(folder.path(), points, &plain()));
     assert_eq!((run.dmp_sum_m2, run.map.surfels), (whole.dmp_sum_m2, whole.map.surfels));
     assert_eq!((whole.map.map_points_dropped, run.map.map_points_dropped), (0, 2 * points.len() as u64));
     let warnings = run.warnings.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ");
@@ -196,7 +196,7 @@ fn row_12_a_map_in_utm_coordinates_scores_as_at_the_origin() {
     let far: Points = points.iter().map(|p| std::array::from_fn(|k| p[k] + shift[k])).collect();
     let far_truth =
         truth.moved(&Isometry3::from_parts(Translation3::from(shift), UnitQuaternion::identity()));
-    let config = Config { voxel_m: Some(0.25), ..Config::default() };
+    let config = Config { voxel_m: Some(0.25), ..plain() };
     let [near, far] =
         [("near.pcd", points, truth), ("far.pcd", far, far_truth)].map(|(name, points, truth)| {
             let map = folder.path().join(name);
@@ -214,9 +214,9 @@ fn row_12_a_map_in_utm_coordinates_scores_as_at_the_origin() {
 fn row_13_a_million_identical_points_make_no_surfel_and_no_trouble() {
     let folder = tempfile::tempdir().unwrap();
     let (_, _, mut points) = town(folder.path());
-    let without = scored(folder.path(), &points, &Config::default());
+    let without = scored(folder.path(), &points, &plain());
     points.extend(vec![[3.0, 4.0, 500.0]; 1_000_000]);
-    let with = scored(folder.path(), &points, &Config::default());
+    let with = scored(folder.path(), &points, &plain());
     assert_eq!((with.dmp_sum_m2, with.map.surfels), (without.dmp_sum_m2, without.map.surfels));
     assert_eq!(with.map.thin_voxels, without.map.thin_voxels.map(|thin| thin + 1));
 }
@@ -234,7 +234,7 @@ fn row_33_a_map_without_a_surfel_is_refused_and_a_fused_one_warned_of() {
         write_cloud(&path.join(file), &points);
         std::fs::write(path.join("made.dmpmap"), "made before").unwrap();
         let words = [&format!("{file}: the map is empty: "), words];
-        refused(path, &format!("score @/town.mcap -t a=@/truth.tum --voxel 0.2 --map {file}"), 1, &words);
+        refused(path, &format!("{SCORE} -t a=@/truth.tum --voxel 0.2 --map {file}"), 1, &words);
         has(&text(&ends(path, &format!("map build -o made.dmpmap {file}"), built).stderr), &words);
         let kept = std::fs::read(path.join("made.dmpmap")).unwrap() == b"made before";
         assert_eq!(kept, built == 1, "{file}");
@@ -242,7 +242,7 @@ fn row_33_a_map_without_a_surfel_is_refused_and_a_fused_one_warned_of() {
     // A saved map can be empty all the same, as one of a run whose voxels are too small.
     let built = ends(path, "map build @/town.mcap -t @/truth.tum --voxel 0.01 -o small.dmpmap", 0);
     has(&text(&built.stderr), &["warning: ", "small.dmpmap: the map is empty: it has no surfel"]);
-    let score = "score @/town.mcap -t @/truth.tum --map small.dmpmap";
+    let score = &format!("{SCORE} -t @/truth.tum --map small.dmpmap");
     refused(path, score, 1, &["small.dmpmap: ", "it has no surfel"]);
 }
 
@@ -254,7 +254,7 @@ fn a_map_in_feet_is_converted_to_metres_and_the_report_notes_it() {
     let [metres, feet] = ["metres.laz", "feet.laz"].map(|name| folder.path().join(name));
     write_las(&metres, &points, None);
     write_las(&feet, &in_feet, Some(r#"PROJCS["p",GEOGCS["g"],UNIT["foot",0.3048]]"#));
-    let config = Config { voxel_m: Some(0.3), ..Config::default() };
+    let config = Config { voxel_m: Some(0.3), ..plain() };
     let [of_metres, of_feet] = [metres, feet].map(|map| score(&log, &with_map(&truth, map), &config));
     let near = |report: &dmp::Report| report.runs[0].r_near_m2[2].unwrap();
     assert!(
@@ -271,7 +271,7 @@ fn a_map_in_feet_is_converted_to_metres_and_the_report_notes_it() {
         (0..40_000).map(|k| [f64::from(k % 200) * 0.05, f64::from(k / 200) * 0.05, 0.0]).collect();
     let degrees = Some(r#"GEOGCS["WGS 84",UNIT["degree",0.0174532925199433]]"#);
     write_las(&folder.path().join("map.las"), &floor, degrees);
-    let score = "score @/town.mcap -t a=@/truth.tum --map map.las";
+    let score = &format!("{SCORE} -t a=@/truth.tum --map map.las");
     refused(folder.path(), score, 1, &["map.las: ", "longitude and latitude"]);
 }
 
@@ -294,7 +294,7 @@ fn a_bad_map_is_an_error_before_the_log_is_read_for_the_maps_of_other_runs() {
     let runs = || vec![Run::new("fused", truth.clone()), with_map(&truth, path.clone()).remove(0)];
     let begun = |runs: &[Run]| {
         let watch = Begun::default();
-        let result = evaluate(open(&log).as_ref(), runs, &Config::default(), &watch);
+        let result = evaluate(open(&log).as_ref(), runs, &plain(), &watch);
         (result.map(|report| report.order), watch.0.into_inner().unwrap())
     };
     let (order, stages) = begun(&runs());
@@ -315,12 +315,12 @@ fn a_score_with_a_given_cloud_in_many_pieces_is_the_one_in_one_piece() {
     let path = folder.path().join("map.ply");
     write_cloud(&path, &points);
     let runs = [Run::new("fused", truth.clone()), with_map(&truth, path).remove(0)];
-    let whole = score(&log, &runs, &Config::default());
+    let whole = score(&log, &runs, &plain());
     let pieces = Config {
         work_folder: folder.path().to_path_buf(),
         checkpoint_every: Some(Duration::ZERO),
         resume: true,
-        ..Config::default()
+        ..plain()
     };
     // The cloud is read first each time, then scans are fused from where that ended.
     let (report, stops) = in_pieces(&log, &runs, &pieces, 40_000);

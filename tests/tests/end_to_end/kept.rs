@@ -6,12 +6,12 @@ use std::path::Path;
 use dmp_log::{KeptPart, KeptReader, KeptWriter};
 use serde_json::{Value, json};
 
-use crate::common::{TWO, done, json as scored, misused, once, refused, write};
+use crate::common::{SCORE, TWO, done, json as scored, misused, once, refused, write};
 
 /// A result of the truth is `a.dmp`, and that of another run like it `b.dmp`.
 fn two_kept(folder: &Path, other: &str) {
-    once("score @/town.mcap -t @/truth.tum --json --quiet --keep a.dmp").copy("a.dmp", folder);
-    scored(folder, &format!("score @/town.mcap -t {other} --like a.dmp --keep b.dmp"));
+    once(&format!("{SCORE} -t @/truth.tum --json --quiet --keep a.dmp")).copy("a.dmp", folder);
+    scored(folder, &format!("{SCORE} -t {other} --like a.dmp --keep b.dmp"));
 }
 
 /// Scores these runs of a log apart, the first as `options` say and the others like it, and together; compares what was kept and
@@ -19,9 +19,12 @@ fn two_kept(folder: &Path, other: &str) {
 fn apart_is_together(folder: &Path, log: &str, runs: &[&str], options: &str) {
     for (k, run) in runs.iter().enumerate() {
         let like = if k == 0 { options } else { "--like 0.dmp" };
-        scored(folder, &format!("score {log} {run} {like} --keep {k}.dmp"));
+        scored(folder, &format!("score {log} --trust --drift=none {run} {like} --keep {k}.dmp"));
     }
-    let together = scored(folder, &format!("score {log} {} --like 0.dmp --keep all.dmp", runs.join(" ")));
+    let together = scored(
+        folder,
+        &format!("score {log} --trust --drift=none {} --like 0.dmp --keep all.dmp", runs.join(" ")),
+    );
     let files: Vec<String> = (0..runs.len()).map(|k| format!("{k}.dmp")).collect();
     let apart = scored(folder, &format!("compare {} --threads 2", files.join(" ")));
     assert_alike(&apart, &together);
@@ -81,13 +84,13 @@ fn given_maps_are_judged_so_too_and_not_beside_fused_ones() {
     let folder = folder.path();
     once(crate::map_command::BUILD).copy("truth.dmpmap", folder);
     for (k, (run, like)) in [("truth", ""), ("noise", "--like 0.dmp")].into_iter().enumerate() {
-        let score = format!("score @/town.mcap -t @/{run}.tum --map truth.dmpmap {like} --keep {k}.dmp");
+        let score = format!("{SCORE} -t @/{run}.tum --map truth.dmpmap {like} --keep {k}.dmp");
         scored(folder, &score);
     }
     let runs = "-t @/truth.tum -t @/noise.tum --map truth.dmpmap";
-    let together = scored(folder, &format!("score @/town.mcap {runs} --like 0.dmp"));
+    let together = scored(folder, &format!("{SCORE} {runs} --like 0.dmp"));
     assert_alike(&scored(folder, "compare 0.dmp 1.dmp"), &together);
-    scored(folder, "score @/town.mcap -t fused=@/noise.tum --like 0.dmp --keep fused.dmp");
+    scored(folder, &format!("{SCORE} -t fused=@/noise.tum --like 0.dmp --keep fused.dmp"));
     let mixed = scored(folder, "compare 0.dmp 1.dmp fused.dmp");
     assert_eq!(mixed["not_compared"].as_array().unwrap().len(), 2);
     assert_eq!(mixed["pairs"].as_array().unwrap().len(), 1);
@@ -110,7 +113,7 @@ fn results_without_returns_stand_beside_those_with() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     two_kept(folder, "@/drift.tum");
-    let noise = scored(folder, "score @/town.mcap -t @/noise.tum --like a.dmp");
+    let noise = scored(folder, &format!("{SCORE} -t @/noise.tum --like a.dmp"));
     write(folder, "noise.json", &noise.to_string());
     let compared = scored(folder, "compare a.dmp b.dmp noise.json");
     assert_eq!(compared["pairs"].as_array().unwrap().len(), 1);
@@ -118,7 +121,7 @@ fn results_without_returns_stand_beside_those_with() {
     assert_eq!(compared["not_compared"], json!([["truth", "noise"], ["noise", "drift"]]));
     assert_eq!(compared["promise"]["of_each_result"], json!(false));
     // With pairs of another result each result has its own rate of error.
-    let two = scored(folder, "score @/town.mcap -t @/truth.tum -t @/noise.tum --like a.dmp");
+    let two = scored(folder, &format!("{SCORE} -t @/truth.tum -t @/noise.tum --like a.dmp"));
     write(folder, "two.json", &two.to_string());
     let compared = scored(folder, "compare a.dmp b.dmp two.json");
     assert_eq!(compared["pairs"].as_array().unwrap().len(), 2);
@@ -157,11 +160,11 @@ fn row_32_damaged_and_foreign_results_are_refused() {
         refused(folder, "compare a.dmp bad.dmp", 1, &[words]);
     }
     refused(folder, "compare a.dmp @/town.mcap", 1, &["town.mcap", "no result of `dmp score --keep`"]);
-    scored(folder, "score @/town.mcap -t @/noise.tum --voxel 0.5 --keep other.dmp");
+    scored(folder, &format!("{SCORE} -t @/noise.tum --voxel 0.5 --keep other.dmp"));
     refused(folder, "compare a.dmp other.dmp", 1, &["`dmp score --like a.dmp`"]);
     // Where the score fails the file of before stays.
     let before = fs::read(folder.join("a.dmp")).unwrap();
-    refused(folder, "score @/town.mcap -t @/truth.tum --max-range 0.01 --min-range 0 --keep a.dmp", 1, &[]);
+    refused(folder, &format!("{SCORE} -t @/truth.tum --max-range 0.01 --min-range 0 --keep a.dmp"), 1, &[]);
     assert_eq!(fs::read(folder.join("a.dmp")).unwrap(), before);
 }
 

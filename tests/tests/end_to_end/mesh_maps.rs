@@ -8,7 +8,7 @@ use dmp::{Config, Ego, MapSource, Residuals, Run, ScoredReturns, Sink, Watch, ev
 use dmp_sensor::{Isometry3, Scan, Trajectory};
 use nalgebra::Vector3;
 
-use crate::common::{has, open, small_town, write_mcap};
+use crate::common::{has, open, plain, small_town, write_mcap};
 
 type Triangle = [[f64; 3]; 3];
 const VOXEL_M: f64 = 0.2;
@@ -104,7 +104,7 @@ fn errors_of(
     let pose = Isometry3::translation(origin.x, origin.y, origin.z);
     let still = Trajectory::stamped(vec![(-1, pose), (1, pose)]).unwrap().trajectory;
     let runs = [Run { map: MapSource::Given(map), ..Run::new("given", still) }];
-    let config = Config { voxel_m: Some(VOXEL_M), ego: Ego::None, ..Config::default() };
+    let config = Config { voxel_m: Some(VOXEL_M), ego: Ego::None, ..plain() };
     let residuals = Seen(Mutex::new(Vec::new()));
     evaluate(open(&log).as_ref(), &runs, &config, Watch::sink(&residuals)).unwrap();
     let residuals = residuals.0.into_inner().unwrap();
@@ -149,7 +149,7 @@ fn row_03_a_triangle_beyond_reason_is_named() {
     let fail = |triangles: &[Triangle]| {
         write_obj(&map, triangles);
         let runs = [Run { map: MapSource::Given(map.clone()), ..Run::new("given", truth.clone()) }];
-        let error = evaluate(open(&log).as_ref(), &runs, &Config::default(), ()).unwrap_err();
+        let error = evaluate(open(&log).as_ref(), &runs, &plain(), ()).unwrap_err();
         let chain = std::iter::successors(Some(&error as &dyn std::error::Error), |cause| cause.source());
         chain.map(ToString::to_string).collect::<Vec<_>>().join(": ")
     };

@@ -5,7 +5,7 @@ use dmp::{Config, Frame, Report, Run};
 use dmp_sensor::{Isometry3, Trajectory, Translation3, UnitQuaternion};
 use dmp_sim::SlamErrors;
 
-use crate::common::{drift, noise, real_data, save_tum, score, small_town, trajectory, write_mcap};
+use crate::common::{drift, noise, plain, real_data, save_tum, score, small_town, trajectory, write_mcap};
 
 /// A log, and a good run on it.
 struct Known {
@@ -71,7 +71,7 @@ fn numbers(report: &Report, run: usize) -> Vec<f64> {
 fn copies_score_the_same(log: &Known) {
     let copies = worlds().into_iter().enumerate();
     let copies = copies.map(|(k, world)| (format!("copy {k}"), from_a_file(&log.base.moved(&world))));
-    let report = score(&log.log, &runs(copies), &Config::default());
+    let report = score(&log.log, &runs(copies), &plain());
     let first = numbers(&report, 0);
     let others = (1..report.runs.len()).flat_map(|run| numbers(&report, run));
     let off = first.iter().cycle().zip(others).fold(0.0, |most: f64, (a, b)| most.max((a / b - 1.0).abs()));
@@ -112,7 +112,7 @@ fn copies_moved_by_what_binary_numbers_hold_have_the_same_bits() {
     ];
     let mut seen: Vec<serde_json::Value> = Vec::new();
     for motion in motions {
-        let report = score(&log, &runs([("run".to_owned(), base.moved(&motion))]), &Config::default());
+        let report = score(&log, &runs([("run".to_owned(), base.moved(&motion))]), &plain());
         seen.push(serde_json::to_value(&report.runs).unwrap());
     }
     for other in &seen[1..] {
@@ -125,8 +125,8 @@ fn copies_moved_by_what_binary_numbers_hold_have_the_same_bits() {
 fn a_run_in_the_frame_of_its_report_has_the_same_scores() {
     let Known { log, base, _folder } = town();
     let runs = runs([("run".to_owned(), base.moved(&worlds()[4]))]);
-    let found = score(&log, &runs, &Config::default());
-    let fixed = Config { frame: Frame::of_report(found.inputs.runs[0].world_from_own), ..Config::default() };
+    let found = score(&log, &runs, &plain());
+    let fixed = Config { frame: Frame::of_report(found.inputs.runs[0].world_from_own), ..plain() };
     let put = score(&log, &runs, &fixed);
     for (a, b) in numbers(&found, 0).into_iter().zip(numbers(&put, 0)) {
         assert!((a / b - 1.0).abs() < 1e-6, "{a} and {b}");
@@ -143,7 +143,7 @@ fn equal_runs_get_no_verdict(log: &Known, noises: &[(f64, f64)]) {
     let bent = [0.01, -0.01].map(|m| (format!("bent by {m} m"), bent(m).apply(&log.base).unwrap())).to_vec();
     let draws = noises.iter().map(|&(m, deg)| (0..4).map(|seed| draw(m, deg, seed)).collect());
     for equal in draws.chain([bent]) {
-        let report = score(&log.log, &runs(equal), &Config::default());
+        let report = score(&log.log, &runs(equal), &plain());
         for (a, b, verdict) in verdicts(&report) {
             let of = format!("{a} and {b} on {}: {verdict}", log.log.display());
             assert!(["same", "undecided"].contains(&verdict.as_str()), "{of}");
@@ -163,7 +163,7 @@ fn wrong_runs_lose(log: &Known) {
     let all = std::iter::once(log.base.clone()).chain(worse).zip(worlds());
     let names = ["base", "noise 3 cm", "noise 10 cm", "drift 1 m", "drift 3 m"];
     let all = names.map(str::to_owned).into_iter().zip(all.map(|(run, world)| run.moved(&world)));
-    let report = score(&log.log, &runs(all), &Config::default());
+    let report = score(&log.log, &runs(all), &plain());
     for (a, b, verdict) in verdicts(&report) {
         let good = match (a, b) {
             ("base", _) => a,

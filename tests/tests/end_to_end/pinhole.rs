@@ -8,7 +8,7 @@ use dmp::{Config, MapSource, Report, Run, ScoredReturns, Sink, Watch, evaluate};
 use dmp_log::{DepthFolderWriter, LogOptions, open_log};
 use dmp_sensor::{Distortion, Isometry3, PinholeCamera, Trajectory, Vector3};
 
-use crate::common::{ends, has, json, misused, refused, text, write as write_text};
+use crate::common::{ends, has, json, misused, plain, refused, text, write as write_text};
 
 const UNITS_PER_M: f64 = 10_000.0;
 
@@ -91,7 +91,7 @@ fn a_plane_that_is_nearer_than_it_was_measured_is_off_by_so_much_in_depth_everyw
         points.iter().for_each(|[x, y, z]| writeln!(ply, "{x} {y} {z}").unwrap());
         std::fs::write(&plane, ply).unwrap();
         let run = Run { map: MapSource::Given(plane), ..Run::new("stepped", trajectory(stepped)) };
-        let config = Config { voxel_m: Some(0.02), ..Config::default() };
+        let config = Config { voxel_m: Some(0.02), ..plain() };
         let (report, seen) = scored(&log, &[run], &config);
 
         assert_eq!(seen.len(), 4 * 96 * 72);
@@ -143,7 +143,7 @@ fn in_a_box_without_noise_a_true_run_predicts_what_was_measured() {
     let mut slid = poses.clone();
     slid.iter_mut().skip(60).for_each(|(_, pose)| pose.translation.vector.x += 0.05);
     let runs = [Run::new("truth", trajectory(poses)), Run::new("slid", trajectory(slid))];
-    let (report, seen) = scored(&log, &runs, &Config::default());
+    let (report, seen) = scored(&log, &runs, &plain());
 
     let near = seen.iter().filter(|(_, first, _)| first.is_some_and(|m| m.abs() < 0.003)).count();
     // In the corners a voxel sees two walls.

@@ -15,8 +15,8 @@ use dmp_sim::{CityOptions, CityRecording, LidarOptions};
 use serde_json::Value;
 
 use crate::common::{
-    SMALL_CHUNK, TWO, comparable, drift, ends, has, json, misused, noise, once, open, runs_of, save_tum,
-    scores, text, write_chunks, write_mcap,
+    SMALL_CHUNK, TWO, comparable, drift, ends, has, json, misused, noise, once, open, plain, runs_of,
+    save_tum, scores, text, write_chunks, write_mcap,
 };
 
 fn outline(log: &Path) -> LogOutline {
@@ -75,7 +75,7 @@ fn a_place_that_sees_the_whole_drive_is_scored_as_in_the_whole() {
     }
     write_mcap(&path, &scans);
     let runs = runs_of(&truth, &[("noise", noise(0.05, 0.2))]);
-    let config = Config { ego: Ego::None, voxel_m: Some(0.4), ..Config::default() };
+    let config = Config { ego: Ego::None, voxel_m: Some(0.4), ..plain() };
 
     let (whole, parts) = (Sums::default(), Sums::default());
     evaluate(open(&path).as_ref(), &runs, &config, Watch::sink(&whole)).unwrap();
@@ -113,7 +113,7 @@ fn a_share_of_the_log_is_read_and_decides() {
     let (scans, truth) = city(1500.0, 0.4);
     write_chunks(&path, &scans, SMALL_CHUNK);
     let runs = runs_of(&truth, &[("drift", drift(1.0))]);
-    let config = Config::default();
+    let config = plain();
     let report = quick(&path, &runs, &config, 0.5);
     let places = report.sampling.places.unwrap();
     let bytes = report.inputs.bytes;
@@ -151,7 +151,7 @@ fn a_log_without_revisits_is_warned_of() {
     let (scans, truth) = city(900.0, 0.0);
     write_chunks(&path, &scans[..scans.len() / 2], SMALL_CHUNK);
     let runs = runs_of(&truth, &[("drift", drift(1.0))]);
-    let report = quick(&path, &runs, &Config::default(), 0.5);
+    let report = quick(&path, &runs, &plain(), 0.5);
     assert_eq!(report.sampling.places.unwrap().revisited_total, 0);
     let warnings = report.warnings.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ");
     has(&warnings, &["no place", "within 70 m"]);
@@ -164,7 +164,7 @@ fn in_folder(folder: &Path) -> String {
     for run in runs_of(&truth, &[("drift", drift(1.0))]) {
         save_tum(&folder.join(format!("{}.tum", run.name)), &run.trajectory);
     }
-    "score city.mcap -t truth.tum -t drift.tum --quick=90%".to_owned()
+    "score city.mcap -t truth.tum -t drift.tum --trust --quick=90%".to_owned()
 }
 
 #[test]
@@ -227,14 +227,14 @@ fn a_drive_with_nothing_to_choose_among_is_refused() {
     let runs = runs_of(&truth, &[("drift", drift(1.0))]);
     let refusal =
         |config: &Config, share: f64| evaluate_quick(&outline(&path), &runs, config, share, ()).unwrap_err();
-    let error = refusal(&Config::default(), 0.5);
+    let error = refusal(&plain(), 0.5);
     assert!(error.is_usage() && error.to_string().contains("too short for a sample of places"), "{error}");
     for share in [0.0, -1.0, 1.1, f64::NAN] {
         assert!(matches!(
-            refusal(&Config::default(), share),
+            refusal(&plain(), share),
             EvaluateError::Setting { setting: SettingName::Quick, .. }
         ));
     }
-    let sampled = Config { sample: Sample::Frames(3), ..Config::default() };
+    let sampled = Config { sample: Sample::Frames(3), ..plain() };
     assert!(matches!(refusal(&sampled, 0.5), EvaluateError::Setting { setting: SettingName::Quick, .. }));
 }

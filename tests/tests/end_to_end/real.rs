@@ -3,7 +3,7 @@
 use dmp::{Config, Pairing, Run, Verdict};
 use dmp_sim::SlamErrors;
 
-use crate::common::{collapse, drift, noise, real_data, runs_of, score, trajectory};
+use crate::common::{collapse, drift, noise, plain, real_data, runs_of, score, trajectory};
 
 /// The good run beats every wrong one, and no pair is decided the wrong way.
 fn ladder(seeds: std::ops::RangeInclusive<u64>, voxel_m: Option<f64>, every: usize) {
@@ -19,7 +19,7 @@ fn ladder(seeds: std::ops::RangeInclusive<u64>, voxel_m: Option<f64>, every: usi
     for seed in seeds {
         let of_seed = ladder.clone().map(|(name, errors)| (name, SlamErrors { seed, ..errors }));
         let runs = runs_of(&truth, &of_seed);
-        let report = score(&data, &runs, &Config { voxel_m, every, ..Config::default() });
+        let report = score(&data, &runs, &Config { voxel_m, every, ..plain() });
         assert_eq!(report.order[0], "truth");
         // Every return of the files, none lost.
         if every == 1 {
@@ -56,7 +56,7 @@ fn a_robot_that_stands_still_shows_the_noise_floor() {
     let Some(data) = real_data("rs32_static") else { return };
     let runs = [Run::new("icp", trajectory(&data.join("poses_icp_odom.txt")))];
     for (voxel_m, most_m) in [(0.1, 0.10), (0.2, 0.15)] {
-        let report = score(&data, &runs, &Config { voxel_m: Some(voxel_m), ..Config::default() });
+        let report = score(&data, &runs, &Config { voxel_m: Some(voxel_m), ..plain() });
         assert!(report.inputs.point_times.is_some(), "this log has a time for each point");
         assert_eq!(report.config.segments.length_m, None, "every scan is a segment of its own");
         let floor_m = report.runs[0].r_near_m2[2].unwrap().sqrt();

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::common::{SAMPLE, TWO, dmp, done, ends, has, once, refused, sample_rows, tum, write};
+use crate::common::{SAMPLE, SCORE, TWO, dmp, done, ends, has, once, refused, sample_rows, tum, write};
 
 /// The page that a command writes to `report.html` of the folder.
 fn page_of(folder: &Path, command: &str) -> String {
@@ -57,7 +57,7 @@ fn damage_is_named_first(starts_m: impl Iterator<Item = u32>) {
     for start_m in starts_m {
         let when_s = damaged(folder.path(), f64::from(start_m));
         for (runs, run) in [("-t damaged.tum", 0), ("-t @/truth.tum -t damaged.tum", 1)] {
-            let at_s = worst_s(&page_of(folder.path(), &format!("score @/town.mcap {runs}")), run);
+            let at_s = worst_s(&page_of(folder.path(), &format!("{SCORE} {runs}")), run);
             assert!(
                 (when_s[0]..=when_s[1]).contains(&at_s),
                 "{runs}, from {start_m} m: {at_s} in {when_s:?}"
@@ -83,7 +83,7 @@ fn a_reference_is_listed_where_it_is_wrong() {
     let folder = tempfile::tempdir().unwrap();
     let when_s = damaged(folder.path(), 60.0);
     let page = |reference: &str, runs: &str| {
-        page_of(folder.path(), &format!("score @/town.mcap {runs} --reference {reference}"))
+        page_of(folder.path(), &format!("{SCORE} {runs} --reference {reference}"))
     };
     let wrong = page("damaged", "-t damaged.tum -t @/truth.tum");
     let first = section(&wrong, "reference").split("<a href=\"#place-0-1\">").nth(1).unwrap();
@@ -94,7 +94,7 @@ fn a_reference_is_listed_where_it_is_wrong() {
         section(&page("truth", "-t @/truth.tum -t @/noise.tum"), "reference"),
         &["Nowhere is another run clearly better."],
     );
-    let score = "score @/town.mcap -t @/truth.tum";
+    let score = &format!("{SCORE} -t @/truth.tum");
     refused(folder.path(), &format!("{score} --report a.html --reference b"), 2, &["--reference b", "truth"]);
     ends(folder.path(), &format!("{score} --reference truth"), 2);
 }

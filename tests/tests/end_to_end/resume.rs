@@ -153,7 +153,7 @@ fn a_checkpoint_of_another_evaluation_is_not_resumed() {
     assert_eq!(report(&afresh), report(&Config::default()));
 }
 
-const SCORE: &str = "score town.mcap -t truth.tum -t drift.tum --work . --json --quiet";
+const SCORE: &str = "score town.mcap -t truth.tum -t drift.tum --trust --work . --json --quiet";
 const BUILD: &str = "map build town.mcap -t truth.tum -o truth.dmpmap --work . --quiet";
 const RESUMED: &str = "--resume=0.01 --memory 32MiB";
 

@@ -11,8 +11,8 @@ use dmp_sim::SlamErrors;
 use serde_json::Value;
 
 use crate::common::{
-    SMALL_CHUNK, TWO, comparable, done, drift, has, json, noise, open, refused, runs_of, sample, score,
-    small_town, unwrapped, write, write_chunks, write_mcap,
+    SCORE, SMALL_CHUNK, TWO, comparable, done, drift, has, json, noise, open, plain, refused, runs_of,
+    sample, score, small_town, unwrapped, write, write_chunks, write_mcap,
 };
 use crate::resume::in_pieces;
 
@@ -44,7 +44,7 @@ fn a_sample_has_the_warnings_of_all_scans() {
     let warnings = |poses: usize, more: &str| -> Vec<Value> {
         let part: String = truth.lines().take(poses).flat_map(|line| [line, "\n"]).collect();
         write(folder.path(), "part.tum", &part);
-        let report = json(folder.path(), &format!("score @/town.mcap -t part.tum {more}"));
+        let report = json(folder.path(), &format!("{SCORE} -t part.tum {more}"));
         let warnings = report["warnings"].as_array().unwrap().iter();
         warnings.filter(|warning| warning.to_string().contains("scan_without_pose")).cloned().collect()
     };
@@ -62,17 +62,17 @@ fn a_sample_is_the_sum_of_its_frames_in_the_whole_map() {
     let (scans, truth) = small_town(60, 180);
     write_mcap(&path, &scans);
     let runs = runs_of(&truth, &[("noise", noise(0.05, 0.2)), ("drift", drift(1.0))]);
-    let saved = Config { save_maps: Some(folder.path().to_path_buf()), every: 2, ..Config::default() };
+    let saved = Config { save_maps: Some(folder.path().to_path_buf()), every: 2, ..plain() };
     let (_, whole) = frames_of(&path, &runs, &saved);
     let given = |run: &Run| {
         let map = folder.path().join(format!("{}.dmpmap", run.name));
         Run { map: MapSource::Given(map), ..run.clone() }
     };
     let given: Vec<Run> = runs.iter().map(given).collect();
-    let (_, given_whole) = frames_of(&path, &given, &Config { every: 2, ..Config::default() });
+    let (_, given_whole) = frames_of(&path, &given, &Config { every: 2, ..plain() });
     for (runs, whole) in [(&runs, &whole), (&given, &given_whole)] {
         for (seed, order) in [(0, FrameOrder::Log), (1, FrameOrder::Shuffled(5))] {
-            let config = Config { sample: Sample::Frames(7), seed, order, every: 2, ..Config::default() };
+            let config = Config { sample: Sample::Frames(7), seed, order, every: 2, ..plain() };
             let (report, sampled) = frames_of(&path, runs, &config);
             assert_eq!((sampled.len(), whole.len()), (7, 30));
             assert!(sampled.iter().all(|(frame, sums)| whole[frame] == *sums));
@@ -103,9 +103,9 @@ fn a_sample_of_everything_is_everything() {
     let (scans, truth) = small_town(40, 90);
     write_mcap(&path, &scans);
     let runs = runs_of(&truth, &[("drift", drift(1.0))]);
-    let whole = comparable(&score(&path, &runs, &Config::default()));
+    let whole = comparable(&score(&path, &runs, &plain()));
     for sample in [Sample::Share(1.0), Sample::Frames(1000)] {
-        let all = score(&path, &runs, &Config { sample, seed: 3, ..Config::default() });
+        let all = score(&path, &runs, &Config { sample, seed: 3, ..plain() });
         assert_eq!(comparable(&all), whole);
     }
 }
@@ -120,7 +120,7 @@ fn samples_grow_until_it_is_decided() {
     let decide = |pair: Option<(&str, &str)>| {
         let pair = pair.map(|(a, b)| (a.to_owned(), b.to_owned()));
         let decide = Some(Decide { pair });
-        Config { sample: Sample::Frames(4), decide, ..Config::default() }
+        Config { sample: Sample::Frames(4), decide, ..plain() }
     };
     let report = score(&path, &runs, &decide(None));
     assert_eq!(report.pairs[0].verdict.better(), Some("truth"));
@@ -147,7 +147,7 @@ fn samples_grow_until_it_is_decided() {
         let scales = report.pairs.iter().flat_map(|pair| &pair.scales);
         scales.map(|scale| (scale.returns, scale.difference_m2)).collect()
     };
-    let whole = score(&path, &runs, &Config::default());
+    let whole = score(&path, &runs, &plain());
     assert_eq!(all.runs, whole.runs);
     assert_eq!(differences(&all), differences(&whole));
     // But not where that pair does not matter.
@@ -173,6 +173,6 @@ fn the_command_samples_and_decides() {
         ("-t @/truth.tum --decide", ["decide with one run", "two runs at least"]),
         ("-t @/truth.tum -t @/drift.tum --decide=truth,nobody", ["decide truth,nobody", "two of the runs"]),
     ] {
-        refused(folder.path(), &format!("score @/town.mcap {options}"), 2, &words);
+        refused(folder.path(), &format!("{SCORE} {options}"), 2, &words);
     }
 }

@@ -7,7 +7,7 @@ use std::path::Path;
 use dmp_log::{LogOptions, PoseTopic, open_log, read_topic_trajectory};
 use dmp_sensor::{Isometry3, Point3, Scan, Translation3, UnitQuaternion, Vector3};
 
-use crate::common::{TWO, done, misused, once, refused, sample, save_tum, scores, trajectory, write};
+use crate::common::{SCORE, TWO, done, misused, once, refused, sample, save_tum, scores, trajectory, write};
 
 /// How many messages of each topic there are.
 fn messages(path: &Path) -> BTreeMap<String, usize> {
@@ -79,7 +79,7 @@ fn runs_of_other_worlds_lie_on_each_other_within_reach() {
     let path = folder.path();
     elsewhere(path);
     for runs in ["-t far.tum -t @/drift.tum", "-t far.tum -t @/truth.tum"] {
-        done(path, &format!("score @/town.mcap {runs} --every 5 --scene scene.mcap"));
+        done(path, &format!("{SCORE} {runs} --every 5 --scene scene.mcap"));
         let scene = path.join("scene.mcap");
         let far = poses(&scene, "/far/pose");
         assert!(far.iter().all(|pose| pose.translation.vector.amax() < 10_000.0), "{runs}");

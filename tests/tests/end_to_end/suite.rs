@@ -28,7 +28,7 @@ pub(crate) fn suite(names: &[(&str, &str)], more: &str) -> tempfile::TempDir {
         .collect();
     let file = format!(
         "versions = [\"bad\", \"good\"]\ntrajectories = \"runs/{{version}}/{{log}}.tum\"\n{more}\n[score]\nvoxel = 0.3\n\
-         every = 2\n{}",
+         every = 2\ntrust = true\ndrift = \"none\"\n{}",
         logs.concat()
     );
     write(folder.path(), "s.toml", &file);

@@ -7,7 +7,7 @@ use std::path::Path;
 use dmp_log::ScoredPoint;
 
 use super::{close, ply_rows};
-use crate::common::{TWO, json, once, open, sample};
+use crate::common::{SCORE, TWO, json, once, open, sample};
 
 /// A table: its rows by column.
 pub(super) fn table(path: &Path) -> Vec<HashMap<String, String>> {
@@ -72,7 +72,7 @@ fn a_map_that_was_given_predicts_by_its_nearest_surfel() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     once(crate::map_command::BUILD).copy("truth.dmpmap", path);
-    let score = "score @/town.mcap -t @/truth.tum --map truth.dmpmap --sample 10";
+    let score = &format!("{SCORE} -t @/truth.tum --map truth.dmpmap --sample 10");
     let report = json(path, &format!("{score} --residuals out.ply --per-frame frames.csv"));
     let rows = ply_rows(&path.join("out.ply"));
     let same = |row: &ScoredPoint| row.signed_residual_m.to_bits() == row.nearest_residual_m.to_bits();

@@ -11,7 +11,7 @@ use serde_json::Value;
 
 use crate::common::{dmp, scores, text, town_in};
 
-const TOWN: &str = "town.mcap -t truth.tum -t drift.tum";
+const TOWN: &str = "town.mcap -t truth.tum -t drift.tum --trust";
 const STAGES: [&str; 4] = ["fuse", "merge", "cast", "drift"];
 
 /// Parts of each stage.
