@@ -17,6 +17,12 @@ from conftest import command, scores
 import dmp_slam as dmp
 
 
+@pytest.fixture(scope="module")
+def alone(town, runs):
+    """One run, and no outputs."""
+    return dmp.score(town, {"truth": runs["truth"]}, progress=False, every=10)
+
+
 def test_scores_are_those_of_the_command(town, runs, result):
     named = [f"--trajectory={name}={file}" for name, file in runs.items()]
     printed = command("score", town, *named, "--json")
@@ -120,8 +126,7 @@ def test_tables_have_lengths_beside_squares(result):
     assert len(pairs) == 6 and set(pairs["verdict"]) == {"truth", "noise", "drift"}
 
 
-def test_a_run_alone_has_a_table_of_pairs_without_rows(town, runs, result):
-    alone = dmp.score(town, {"truth": runs["truth"]}, progress=False, every=10)
+def test_a_run_alone_has_a_table_of_pairs_without_rows(alone, result):
     pairs = pyarrow.table(alone.pairs)
     assert pairs.num_rows == 0 and pairs.schema == pyarrow.table(result.pairs).schema
     assert len(pandas.DataFrame.from_arrow(alone.pairs)) == 0
@@ -138,28 +143,29 @@ def test_tables_of_scans_and_tiles_go_to_other_programs(result):
     assert len(result.frames) == frames.shape[0]
 
 
-def test_tables_that_were_not_asked_for_are_refused(town, runs):
-    bare = dmp.score(town, {"truth": runs["truth"]}, progress=False, every=10)
+def test_tables_that_were_not_asked_for_are_refused(alone):
     for table in ("frames", "tiles"):
         with pytest.raises(dmp.UsageError, match=f"per_{table[:-1]}=True"):
-            getattr(bare, table)
+            getattr(alone, table)
 
 
-def test_pages_are_written_and_shown(result, town, runs, tmp_path):
+def test_pages_are_written_and_shown(result, alone, tmp_path):
     page = tmp_path / "page.html"
     result.report(page)
     assert page.read_text().startswith("<!doctype html>") and "<svg" in page.read_text()
     assert result._repr_html_().startswith("<iframe srcdoc=")
-    bare = dmp.score(town, {"truth": runs["truth"]}, progress=False, every=10)
-    bare.report(page)
+    alone.report(page)
     assert "truth" in page.read_text()
 
 
-def test_messages_go_to_the_log(town, runs, caplog):
+def test_messages_go_to_the_log_and_progress_to_a_function(town, runs, caplog):
+    steps = []
     with caplog.at_level(logging.INFO, logger="dmp_slam"):
-        dmp.score(town, {"truth": runs["truth"]}, progress=False, every=10)
+        dmp.score(town, {"truth": runs["truth"]}, progress=lambda *step: steps.append(step))
     assert any("100 scans" in record.message for record in caplog.records)
     assert all(record.name == "dmp_slam" for record in caplog.records)
+    assert "casting rays" in {stage for stage, _, _, _ in steps}
+    assert all(done <= total for _, _, done, total in steps if total is not None)
 
 
 HOSTED = """
@@ -177,14 +183,6 @@ assert result.data["memory"]["peak_anon_bytes"] > held.nbytes
 def test_memory_of_the_interpreter_is_not_that_of_the_command(town, runs):
     said = subprocess.check_output([sys.executable, "-c", HOSTED, town, runs["truth"]], text=True)
     assert "scored for 1 run" in said and "memory" not in said
-
-
-def test_progress_is_reported(town, runs):
-    heard = []
-    dmp.score(town, {"truth": runs["truth"]}, progress=lambda *step: heard.append(step))
-    stages = {stage for stage, _, _, _ in heard}
-    assert "casting rays" in stages
-    assert all(done <= total for _, _, done, total in heard if total is not None)
 
 
 def test_a_bar_is_drawn_without_tqdm(town, runs, capsys):
