@@ -109,7 +109,7 @@ fn the_disk_that_is_used_is_the_one_estimated() {
     let folder = tempfile::tempdir().unwrap();
     let all = drive(folder.path(), 4);
     for more in ["--memory 64MiB", "--memory 1GiB --free-space"] {
-        let command = dmp_command(folder.path(), &format!("{all} --sample 8 --checkpoint 3600 {more}"));
+        let command = dmp_command(folder.path(), &format!("{all} --sample 8 --resume=3600 {more}"));
         let done = needed(command, folder.path());
         assert_eq!(done.code, Some(0), "{}", done.stderr);
         let report: Value = serde_json::from_str(&done.stdout).unwrap();

@@ -31,13 +31,13 @@ fn fields<'a>(value: &'a Value, found: &mut Vec<&'a str>) {
     }
 }
 
-/// Asserts that `docs/json.md` names every field.
+/// Asserts that `docs/schema.json` has every field.
 pub(crate) fn assert_documented(json: &Value) {
-    let page = std::fs::read_to_string(workspace().join("docs/json.md")).unwrap();
+    let page = std::fs::read_to_string(workspace().join("docs/schema.json")).unwrap();
     let mut found = Vec::new();
     fields(json, &mut found);
-    found.retain(|field| !page.contains(&format!("`{field}`")));
-    assert!(found.is_empty(), "not in docs/json.md: {found:?}");
+    found.retain(|field| !page.contains(&format!("\"{field}\"")));
+    assert!(found.is_empty(), "not in docs/schema.json: {found:?}");
 }
 
 #[test]

@@ -165,8 +165,8 @@ pub(crate) fn dmp_command(folder: &Path, arguments: &str) -> Command {
     let arguments = arguments.split_whitespace().map(|a| a.replace('@', &samples.display().to_string()));
     let mut command = Command::new(PROGRAM);
     command.args(arguments).current_dir(folder);
-    // What changes tables.
-    for name in ["COLUMNS", "NO_COLOR", "CLICOLOR", "CLICOLOR_FORCE"] {
+    // What changes tables and messages.
+    for name in ["COLUMNS", "NO_COLOR", "CLICOLOR", "CLICOLOR_FORCE", "GITHUB_ACTIONS"] {
         command.env_remove(name);
     }
     command

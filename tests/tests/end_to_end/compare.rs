@@ -65,8 +65,8 @@ fn a_run_may_be_called_like_a_verdict() {
     let pair = &json["pairs"][0];
     assert_eq!((&pair["verdict"], &pair["decided_at_m"]), (&"mixed".into(), &10.0.into()));
     assert!(pair["better_on_the_whole"].is_null());
-    assert_eq!(compare(folder, "a.json --expect-best mixed").0, 0);
-    assert_eq!(compare(folder, "a.json --expect-best undecided").0, 4);
+    assert_eq!(compare(folder, "a.json --expect best:mixed").0, 0);
+    assert_eq!(compare(folder, "a.json --expect best:undecided").0, 4);
 }
 
 #[test]
@@ -99,7 +99,7 @@ fn results_that_were_made_alike_stand_in_one_table() {
     assert_eq!((three["pairs"].as_array().unwrap().len(), &three["not_compared"]), (3, &json!([])));
     // Gates hold for all of them.
     let (code, table) =
-        compare(folder, "first.json second.json --expect-best truth --fail-above noise:R_cv=9");
+        compare(folder, "first.json second.json --expect best:truth --expect noise:R_cv<9");
     assert_eq!(code, 4);
     has(
         &table,
@@ -159,7 +159,7 @@ fn changed(folder: &Path, json: &Value, pointer: &str, value: Value) {
 fn a_result_to_be_like_must_make_sense() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    let json = save(folder, "a.json", "-t @/truth.tum --sample 30 --seed 4 --ego=-1,-1,-1,1,1,1 --every 2");
+    let json = save(folder, "a.json", "-t @/truth.tum --sample 30 --ego=-1,-1,-1,1,1,1 --every 2");
     save(folder, "b.json", "-t @/noise.tum --like a.json");
     assert_eq!(compare(folder, "a.json b.json").0, 0);
     let like = "score @/town.mcap -t @/noise.tum --like";
@@ -209,7 +209,7 @@ fn files_that_are_no_results_are_named() {
     std::fs::write(folder.join("cut.mcap"), &town[..town.len() - town.len() / 10]).unwrap();
     let cut = ends(folder, "score cut.mcap -t @/truth.tum --json --quiet", 3);
     write(folder, "cut.json", &text(&cut.stdout));
-    for (options, code) in [("", 3), ("--fail-above R_cv=9", 3), ("--fail-above R_cv=1", 4)] {
+    for (options, code) in [("", 3), ("--expect R_cv<9", 3), ("--expect R_cv<1", 4)] {
         let output = ends(folder, &format!("compare cut.json {options}"), code);
         has(&unwrapped(&text(&output.stdout)), &["lost from the log: "]);
     }

@@ -12,7 +12,7 @@ fn a_full_disk_ends_a_score_and_room_resumes_it() {
     let path = folder.path();
     town_in(path);
     let expected = scores(done(path, "score town.mcap -t truth.tum -t drift.tum --json").as_bytes());
-    let score = format!("{SCORE} --work disk --json --memory 32MiB --checkpoint 0.01");
+    let score = format!("{SCORE} --work disk --json --memory 32MiB --resume=0.01");
     let script = format!(
         "{score} >/dev/null 2>first.txt; echo $? >first.code; mount -o remount,size=200m disk || exit 99; \
          {score} --resume 2>second.txt"

@@ -19,7 +19,7 @@ fn gated(folder: &Path, options: &str) -> Output {
 #[test]
 fn a_gate_that_holds_changes_nothing_but_the_table() {
     let folder = tempfile::tempdir().unwrap();
-    let options = "--fail-above truth:R_cv=3 --expect-best truth --fail-below coverage=50%";
+    let options = "--expect truth:R_cv<3 --expect best:truth --expect coverage>50%";
     let output = ends(folder.path(), &format!("{TWO} --quiet {options}"), 0);
     assert!(output.stderr.is_empty());
     let (table, plain) = (text(&output.stdout), once(&format!("{TWO} --quiet")).stdout());
@@ -30,8 +30,8 @@ fn a_gate_that_holds_changes_nothing_but_the_table() {
 #[test]
 fn every_failed_gate_is_a_line_and_the_exit_code_is_4() {
     let folder = tempfile::tempdir().unwrap();
-    let options = "--fail-above R_cv_0.5=20cm --fail-above drift:blocked=20% --expect-best drift --expect-unbeaten drift \
-                   --fail-below revisit=50%";
+    let options = "--expect R_cv_0.5<20cm --expect drift:blocked<20% --expect best:drift --expect unbeaten:drift \
+                   --expect revisit>50%";
     let output = gated(folder.path(), options);
     assert_eq!(output.status.code(), Some(4));
     let expected = [
@@ -54,7 +54,7 @@ fn every_failed_gate_is_a_line_and_the_exit_code_is_4() {
 #[test]
 fn the_json_has_every_gate() {
     let folder = tempfile::tempdir().unwrap();
-    let output = gated(folder.path(), "--json --fail-above R_cv=3 --expect-unbeaten truth");
+    let output = gated(folder.path(), "--json --expect R_cv<3 --expect unbeaten:truth");
     assert_eq!(output.status.code(), Some(4));
     let json: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_documented(&json["gates"]);
@@ -87,12 +87,12 @@ fn the_same_run_elsewhere_is_the_same_and_another_is_not() {
             ends(folder.path(), &format!("score @/town.mcap -t @/truth.tum {options} --json --quiet"), code);
         (serde_json::from_slice::<Value>(&output.stdout).unwrap(), text(&output.stderr))
     };
-    let (same, stderr) = score("-t moved.tum --expect-same --same-within 1%", 0);
+    let (same, stderr) = score("-t moved.tum --expect same --same-within 1%", 0);
     assert_eq!((&same["pairs"][0]["is_same"], stderr.as_str()), (&true.into(), ""));
-    let (_, stderr) = score("-t @/drift.tum --expect-same=drift,truth", 4);
+    let (_, stderr) = score("-t @/drift.tum --expect same:drift,truth", 4);
     assert!(stderr.starts_with("gate failed: drift: not the same as truth: up to "), "{stderr}");
     // Better beyond doubt, and by less than what somebody calls the same.
-    let (json, _) = score("-t @/noise.tum --expect-same --same-within 5m --confidence 90%", 0);
+    let (json, _) = score("-t @/noise.tum --expect same --same-within 5m --confidence 90%", 0);
     let pair = &json["pairs"][0];
     assert_eq!((&pair["verdict"], &pair["is_same"]), (&"truth".into(), &true.into()));
     let sure = json["promise"]["interval_confidence"].as_f64().unwrap();
@@ -103,7 +103,7 @@ fn the_same_run_elsewhere_is_the_same_and_another_is_not() {
 fn a_score_that_is_not_given_fails_with_the_reason() {
     let folder = tempfile::tempdir().unwrap();
     // Of voxels so small few have three points, and few returns are predicted.
-    let score = "score @/town.mcap -t @/truth.tum --voxel 0.15 --fail-above R_cv=9 --quiet";
+    let score = "score @/town.mcap -t @/truth.tum --voxel 0.15 --expect R_cv<9 --quiet";
     let output = ends(folder.path(), score, 4);
     has(&text(&output.stderr), &["gate failed: truth: R_cv 10 m is not given: coverage is ", "below 0.5 ("]);
 }
@@ -111,10 +111,9 @@ fn a_score_that_is_not_given_fails_with_the_reason() {
 #[test]
 fn ci_servers_read_annotations_and_junit() {
     let folder = tempfile::tempdir().unwrap();
-    let output = gated(
-        folder.path(),
-        "--fail-above blocked=20% --expect-best drift --annotate github --junit gates.xml",
-    );
+    gated(folder.path(), "");
+    let gates = "compare a.json --expect blocked<20% --expect best:drift --junit gates.xml";
+    let output = dmp_command(folder.path(), gates).env("GITHUB_ACTIONS", "true").output().unwrap();
     assert_eq!(output.status.code(), Some(4));
     let expected = [
         "::error title=dmp gate failed::drift: blocked is 33.6 %25, above 20.0 %25 (",
@@ -139,7 +138,7 @@ fn ci_servers_read_annotations_and_junit() {
 fn a_gate_fails_also_where_nobody_reads_the_table() {
     let folder = tempfile::tempdir().unwrap();
     gated(folder.path(), "");
-    let mut command = dmp_command(folder.path(), "compare a.json --fail-above truth:R_cv=1");
+    let mut command = dmp_command(folder.path(), "compare a.json --expect truth:R_cv<1");
     let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     drop(child.stdout.take());
     let output = child.wait_with_output().unwrap();
@@ -159,17 +158,17 @@ fn gates_that_make_no_sense_are_refused_before_anything_is_read() {
     }
     let score = |options: &str| format!("score none.mcap -t a.tum {options}");
     for (options, code, words) in [
-        ("--fail-above c:R_cv=1", 2, "no run is called `c`; the runs are a"),
-        ("--expect-best a", 2, "there is no other run to compare with"),
-        ("-t b.tum --expect-unbeaten c", 2, "no run is called `c`; the runs are a, b"),
-        ("--fail-above R_cv=1 --junit no/gates.xml", 1, "no: no such folder for --junit"),
+        ("--expect c:R_cv<1", 2, "no run is called `c`; the runs are a"),
+        ("--expect best:a", 2, "there is no other run to compare with"),
+        ("-t b.tum --expect unbeaten:c", 2, "no run is called `c`; the runs are a, b"),
+        ("--expect R_cv<1 --junit no/gates.xml", 1, "no: no such folder for --junit"),
     ] {
         refused(folder.path(), &score(options), code, &[words]);
     }
     for (options, words) in [
-        ("--fail-above R_cv_0.5=15", "R_cv 0.5 m is never above 50.0 cm, so this limit cannot fail"),
-        ("--fail-above ate=1", "`ate` is no score; there are R_cv_10"),
-        ("--fail-below coverage=0", "coverage is never below 0, so this limit cannot fail"),
+        ("--expect R_cv_0.5<15", "R_cv 0.5 m is never above 50.0 cm, so this limit cannot fail"),
+        ("--expect ate<1", "`ate` is no score; there are R_cv_10"),
+        ("--expect coverage>0", "coverage is never below 0, so this limit cannot fail"),
         ("--junit gates.xml", "required"),
     ] {
         misused(folder.path(), &score(options), &[words]);

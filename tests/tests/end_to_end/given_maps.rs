@@ -122,7 +122,7 @@ fn a_given_cloud_that_is_sparse_or_elsewhere_is_warned_of_with_its_cause() {
     };
     let sparse = "of 0.04 m; larger voxels may help";
     has(&doubt(&points, 0.04).unwrap(), &["span a surface in only ", sparse]);
-    has(&doubt(&elsewhere, 0.3).unwrap(), &["is the map in the trajectory's frame"]);
+    has(&doubt(&elsewhere, 0.3).unwrap(), &["check the map's frame and unit"]);
     assert_eq!(doubt(&points, 0.3), None);
     let built = ends(folder.path(), "map build cloud.ply --voxel 0.04 -o made.dmpmap", 0);
     has(&text(&built.stderr), &["warning: cloud.ply: its points span a surface in only ", sparse]);
@@ -227,13 +227,13 @@ fn row_33_a_map_without_a_surfel_is_refused_and_a_fused_one_warned_of() {
     let path = folder.path();
     for (file, points, words, built) in [
         ("none.ply", vec![], "it has no points", 1),
-        ("holes.ply", vec![[f64::NAN, 0.0, 0.0]; 7], "nothing in it is finite", 1),
+        ("holes.ply", vec![[f64::NAN, 0.0, 0.0]; 7], "none of its 7 points is finite", 1),
         ("few.ply", vec![[0.1; 3], [9.0; 3], [90.0, 0.0, 0.0]], "3 voxels of 0.2 m", 0),
         ("one.ply", vec![[3.0, 4.0, 5.0]; 100_000], "1 voxel of 0.2 m", 0),
     ] {
         write_cloud(&path.join(file), &points);
         std::fs::write(path.join("made.dmpmap"), "made before").unwrap();
-        let words = [&format!("{file}: nothing for a ray to meet: "), words];
+        let words = [&format!("{file}: the map is empty: "), words];
         refused(path, &format!("score @/town.mcap -t a=@/truth.tum --voxel 0.2 --map {file}"), 1, &words);
         has(&text(&ends(path, &format!("map build -o made.dmpmap {file}"), built).stderr), &words);
         let kept = std::fs::read(path.join("made.dmpmap")).unwrap() == b"made before";
@@ -241,7 +241,7 @@ fn row_33_a_map_without_a_surfel_is_refused_and_a_fused_one_warned_of() {
     }
     // A saved map can be empty all the same, as one of a run whose voxels are too small.
     let built = ends(path, "map build @/town.mcap -t @/truth.tum --voxel 0.01 -o small.dmpmap", 0);
-    has(&text(&built.stderr), &["warning: ", "small.dmpmap: nothing for a ray to meet: it has no surfel"]);
+    has(&text(&built.stderr), &["warning: ", "small.dmpmap: the map is empty: it has no surfel"]);
     let score = "score @/town.mcap -t @/truth.tum --map small.dmpmap";
     refused(path, score, 1, &["small.dmpmap: ", "it has no surfel"]);
 }

@@ -123,7 +123,7 @@ fn results_without_returns_stand_beside_those_with() {
     let compared = scored(folder, "compare a.dmp b.dmp two.json");
     assert_eq!(compared["pairs"].as_array().unwrap().len(), 2);
     assert_eq!(compared["promise"]["of_each_result"], json!(true));
-    done(folder, "compare a.dmp b.dmp --expect-best truth");
+    done(folder, "compare a.dmp b.dmp --expect best:truth");
 }
 
 #[test]

@@ -155,7 +155,7 @@ fn a_checkpoint_of_another_evaluation_is_not_resumed() {
 
 const SCORE: &str = "score town.mcap -t truth.tum -t drift.tum --work . --json --quiet";
 const BUILD: &str = "map build town.mcap -t truth.tum -o truth.dmpmap --work . --quiet";
-const RESUMED: &str = "--resume --checkpoint 0.01 --memory 32MiB";
+const RESUMED: &str = "--resume=0.01 --memory 32MiB";
 
 /// Kills a command again and again, at any time, until it was killed this often and finished once; what it makes is looked at
 /// each time that it finishes. Returns how many kills left a checkpoint.

@@ -84,9 +84,9 @@ fn versions_are_compared_and_the_second_time_nothing_is_scored() {
 
     // Gates of the file and of the command.
     let file = fs::read_to_string(folder.path().join("s.toml")).unwrap();
-    let gates = "[gates]\nexpect_unbeaten = \"good\"\nfail_worse_on = { bad = 8 }\n";
+    let gates = "[gates]\nexpect = [\"unbeaten:good\", \"bad:lost_logs<8\"]\n";
     write(folder.path(), "s.toml", &(file + gates));
-    let command = "suite s.toml --quiet --expect-best good --junit gates.xml --report page.html";
+    let command = "suite s.toml --quiet --expect best:good --junit gates.xml --report page.html";
     let output = ends(folder.path(), command, 4);
     let failed = "bad: worse than good on 9 of 9 logs: more than 8";
     let said = lines(&output);
@@ -246,7 +246,7 @@ fn what_is_wrong_with_a_suite_is_one_line_with_file_key_and_value() {
         ("[\"bad\", \"good\"]", "[\"bad\", \"god\"]", &["`god` has no run on any log", "runs/god/a.tum"]),
         ("runs/{version}", "runs/{ver}", &["s.toml: trajectories = ", "{ver} is neither"]),
         ("voxel = 0.3", "voxel = ", &["s.toml: line 5: "]),
-        ("[score]", "[gates]\nexpect_best = \"x\"\n[score]", &["no version is called `x`", "bad, good"]),
+        ("[score]", "[gates]\nexpect = \"best:x\"\n[score]", &["no version is called `x`", "bad, good"]),
     ] {
         assert!(file.contains(from));
         write(folder.path(), "s.toml", &file.replace(from, to));

@@ -42,7 +42,7 @@ fn each_estimate_has_a_result_file() {
     save("@/drift.tum @/noise.tum --save_results all.zip", 0);
     assert!(!path.join("all.zip").exists() && path.join("all.noise.zip").exists());
     assert_eq!(fs::read(path.join("all.drift.zip")).unwrap(), fs::read(path.join("one.zip")).unwrap());
-    has(&save("@/drift.tum @/collapsed.tum --save_results all.zip", 2), &["all.drift.zip: there is a file"]);
+    has(&save("@/drift.tum @/collapsed.tum --save_results all.zip", 2), &["all.drift.zip: the file exists"]);
     assert!(!path.join("all.collapsed.zip").exists());
     // Of one name, in several folders.
     for run in ["a", "b"] {

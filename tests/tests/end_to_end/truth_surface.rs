@@ -6,7 +6,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use crate::common::{done, ends, has, once, refused};
+use crate::common::{ends, has, once, refused};
 
 /// The JSON of `dmp truth smd`, but for times.
 fn smd(folder: &Path, arguments: &str) -> Value {

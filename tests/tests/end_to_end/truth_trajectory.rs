@@ -108,7 +108,7 @@ fn a_format_is_found_by_looking() {
         assert!(bytes.windows(part.len()).any(|window| window == part.as_bytes()), "{part}");
     }
     let again = ends(path, "truth rpe a.tum a.tum --save_results out.zip", 2);
-    has(&text(&again.stderr), &["out.zip: there is a file"]);
+    has(&text(&again.stderr), &["out.zip: the file exists"]);
     assert_eq!(std::fs::read(path.join("out.zip")).unwrap(), bytes);
 }
 
@@ -123,7 +123,8 @@ fn the_published_figures_of_kitti_00() {
         let mut arguments = vec!["truth", metric, "kitti", "KITTI_00_gt.txt", "KITTI_00_ORB.txt"];
         arguments.extend(options.split_whitespace());
         let output = dmp(&folder, &arguments);
-        let line = text(&output.stdout).lines().find_map(|line| line.trim().strip_prefix("rmse\t"));
+        let stdout = text(&output.stdout);
+        let line = stdout.lines().find_map(|line| line.trim().strip_prefix("rmse\t"));
         line.unwrap_or_else(|| panic!("{}", text(&output.stderr))).to_owned()
     };
     for (options, figure) in [("", "7.790289"), ("-a", "1.303450"), ("-as", "0.937709"), ("-s", "7.380186")] {

@@ -11,8 +11,10 @@ fn tested() -> BTreeSet<usize> {
         let source = std::fs::read_to_string(&file).unwrap();
         let mut is_test = false;
         for line in source.lines().map(str::trim) {
-            let row =
-                line.strip_prefix("fn row_").filter(|_| is_test).and_then(|rest| rest.get(..2)?.parse().ok());
+            let row = line
+                .strip_prefix("fn row_")
+                .filter(|_| is_test)
+                .and_then(|rest| rest.get(..2)?.parse::<usize>().ok());
             let entry = line.trim_start_matches("Row { ").strip_prefix("number: ");
             rows.extend(row.or(entry.and_then(|rest| rest.split(',').next()?.parse().ok())));
             is_test = line == "#[test]" || (is_test && line.starts_with("#["));
