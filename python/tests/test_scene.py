@@ -36,9 +36,11 @@ def scored(town, runs):
 
 
 @pytest.fixture(scope="module")
-def maps(town, runs, tmp_path_factory):
+def maps(town, runs, scored, tmp_path_factory):
+    """The maps of the runs, with the voxels of their common score."""
     folder = tmp_path_factory.mktemp("maps")
-    return {name: dmp.Map.build(town, runs[name], folder / f"{name}.dmpmap", progress=False) for name in NAMES}
+    given = {"voxel": scored.data["config"]["voxel_m"], "progress": False}
+    return {name: dmp.Map.build(town, runs[name], folder / f"{name}.dmpmap", **given) for name in NAMES}
 
 
 @pytest.fixture(scope="module")

@@ -83,7 +83,8 @@ def scores(folder: Path, room: Path, other_runs: dict[str, Path]) -> list[Any]:
         quick += ["-t", worse]
     maps.mkdir()
     for run in (TRUTH, DRIFT):
-        assert command("map", "build", TOWN, "-t", run, "-o", maps / f"{run.stem}.dmpmap").returncode == 0
+        built = command("map", "build", TOWN, "-t", run, "-o", maps / f"{run.stem}.dmpmap", "--voxel", 0.3)
+        assert built.returncode == 0, built.stderr
     every = ("--per-frame", folder / "frames.csv", "--per-tile", folder / "tiles.csv")
     page = ("--reference", "truth", "--report", folder / "page.html")
     given = ("--map", f"truth={maps / 'truth.dmpmap'}", "--map", f"drift={maps / 'drift.dmpmap'}")
