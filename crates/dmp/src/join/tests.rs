@@ -119,9 +119,9 @@ fn reports_of_places_are_refused() {
     let of_places = || serde_json::from_value(json.clone()).unwrap();
     let named = |name: &str, report| NamedReport { name: name.into(), file: format!("{name}.json"), report };
     let text = refusal(&[named("a", of_places()), named("b", of_places())]);
-    assert!(text.starts_with("a: a sample of places"), "{text}");
+    assert!(text.starts_with("a: it scored a sample of places"), "{text}");
     let text = refusal(&[named("a", whole()), named("b", of_places())]);
-    assert!(text.starts_with("b: a sample of places"), "{text}");
+    assert!(text.starts_with("b: it scored a sample of places"), "{text}");
 }
 
 #[test]
