@@ -1,4 +1,4 @@
-//! Where a linker asks for all symbols at once, it is told that an interpreter has those that are missing.
+//! Where a linker asks for all symbols at once, this lets those of an interpreter be missing.
 
 fn main() {
     // Else whatever changes in the package's folder would build all of it again.

@@ -14,16 +14,15 @@ import numpy.typing as npt
 
 from ._core import file_stems
 from ._execute import execute
-from ._map import Map
 from .errors import Error, InputError, UsageError
 
 #: The files written for these keywords, if True.
-FILES_KEPT = {"residuals": "returns.ply", "save_maps": "maps", "scene": "scene.mcap", "keep": "result.dmp"}
+FILES_KEPT = {"residuals": "returns.ply", "scene": "scene.mcap", "keep": "result.dmp"}
 
-#: The format of a run's argument to the command.
-_RUN = "--trajectory="
-#: Options that change the poses of a file.
-_OTHER_POSES = ("--poses-as", "--between", "--mend")
+#: Prefixes of arguments to the command: of a run, and of what its poses are.
+_RUN, _POSES_AS = "--trajectory=", "--poses-as="
+#: Options that add poses to a file, or change them.
+_OTHER_POSES = ("--between", "--mend")
 _LOGGER = logging.getLogger("dmp_slam")
 
 #: An array of returns, a record each.
@@ -35,7 +34,7 @@ _BLOCK = 1 << 20
 
 
 class Kept:
-    """A folder with the scored returns and the maps of runs. It stays on disk as long as something refers to it."""
+    """A folder with the scored returns of runs, a scene and a result. It stays on disk as long as something refers to it."""
 
     def __init__(self, beside: Path | None, wanted: Sequence[str]) -> None:
         self.files: dict[str, Path] = {}
@@ -57,13 +56,15 @@ class Kept:
             _LOGGER.info("no trajectories to view: their poses are not those of the files")
             return
         given = [run[len(_RUN) :] for run in called if run.startswith(_RUN)]
-        form = [option for option in called if option.startswith("--trajectory-format=")]
+        poses_as = [option[len(_POSES_AS) :] for option in called if option.startswith(_POSES_AS)]
         for name in names:
             # The command names runs after their files.
             files = [run.split("=", 1)[1] for run in given if run.startswith(f"{name}=")] or [
                 run for run in given if "=" not in run and Path(run).stem == name
             ]
-            to = [*form, f"--output={self._trajectory_file(name)}", "--to=tum", "--quiet"]
+            # `HOW` is for all runs, `NAME=HOW` for one.
+            of_run = [how.rpartition("=")[2] for how in poses_as if "=" not in how or how.startswith(f"{name}=")]
+            to = [f"--output={self._trajectory_file(name)}", "--to=tum", "--quiet", *(_POSES_AS + how for how in of_run)]
             try:
                 execute(["convert", "trajectory", *to, "--", *files], progress=False)
             except Error as error:
@@ -74,13 +75,6 @@ class Kept:
         """The returns of a run, loaded into memory on access."""
         file, stem = self._file("residuals"), self._stem(run)
         return ply_records(file if file.exists() else file.with_name(f"{file.stem}.{stem}.ply"))
-
-    def map(self, run: str | None) -> Map:
-        """The map of a run."""
-        map = Map.open(self._file("save_maps") / f"{self._stem(run)}.dmpmap")
-        # Keeps its file as long as the map exists.
-        weakref.finalize(map, _hold, self)
-        return map
 
     def scene(self) -> Path:
         """The scene of all runs."""
@@ -110,10 +104,6 @@ class Kept:
             text = "which run?" if run is None else f"there is no run {run!r}:"
             raise UsageError(f"{text} {', '.join(map(repr, self._stems))}")
         return self._stems[run]
-
-
-def _hold(kept: Kept) -> None:
-    """Does nothing: a finaliser with this call keeps its argument alive."""
 
 
 def ply_records(file: Path) -> Returns:

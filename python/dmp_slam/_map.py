@@ -46,7 +46,7 @@ class Hits(NamedTuple):
 
 
 class Map:
-    """A map on disk, from ``Map.build``, ``dmp map build`` or ``save_maps``."""
+    """A map on disk, from ``Map.build`` or ``dmp map build``."""
 
     def __init__(self, path: StrPath, *, memory: int = MEMORY_BYTES) -> None:
         self._path = Path(path)

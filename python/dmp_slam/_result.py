@@ -15,7 +15,6 @@ from . import _columns
 from ._core import Table
 from ._execute import Output, execute
 from ._kept import Kept, Returns, by_frame
-from ._map import Map
 from .errors import UsageError
 
 #: How high a page is shown in a notebook, pixels.
@@ -105,10 +104,6 @@ class Result:
         """The same scan by scan: the number of each in the log, and its returns."""
         return by_frame(self.residuals(run))
 
-    def map(self, run: str | None = None) -> Map:
-        """The map of a run, where ``score`` was called with ``save_maps``. It is there for as long as there is the result."""
-        return self._kept.map(run)
-
     def plot(self) -> Any:
         """A figure of matplotlib, which must be installed: the scores of the runs; with ``per_frame`` also the
         residuals over time, and with ``residuals`` where they are.
@@ -118,10 +113,9 @@ class Result:
         return figure(self.data, self._frames, self._kept)
 
     def view(self, save: str | os.PathLike[str] | None = None) -> None:
-        """Shows trajectories, returns coloured by residual, scan by scan, and maps in rerun, which must be installed.
+        """Shows trajectories, and returns coloured by residual, scan by scan, in rerun, which must be installed.
 
-        ``score`` must have been called with ``residuals``; maps are shown with ``save_maps``. ``save`` writes a recording, ``FILE.rrd``, and opens
-        nothing.
+        ``score`` must have been called with ``residuals``. ``save`` writes a recording, ``FILE.rrd``, and opens nothing.
         """
         from ._view import show
 
@@ -186,7 +180,7 @@ class Result:
 
 
 def _named(pair: dict[str, Any]) -> str:
-    """The runs of a pair, as its reason speaks of them: where one is better, that one first."""
+    """The runs of a pair in the order of its reason: where one is better, that one first."""
     a, b = pair["a"], pair["b"]
     if pair["decided_at_m"] is None:
         return f"{a}, {b}"

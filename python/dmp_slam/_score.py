@@ -34,8 +34,8 @@ def score(
     lists of poses (``world_from_body``, metres; with stamps as ``dmp.Poses``), or trajectories of evo. Every option of the command
     is a keyword with the same name, unit and values: numbers or texts (``voxel=0.2`` or ``voxel="20 cm"``), True for a switch, a
     dict for values per run (``pose_at={"kiss": "end"}``). ``report=True``, ``per_frame=True``, ``per_tile=True``,
-    ``residuals=True``, ``save_maps=True``, ``scene=True`` and ``keep=True`` store in the result what the command writes to files;
-    the last four on disk, as long as the result exists.
+    ``residuals=True``, ``scene=True`` and ``keep=True`` store in the result what the command writes to files; the last three on
+    disk, as long as the result exists.
 
     ``progress`` is shown on a terminal or in a notebook (``None``), always or never, or passed to a function of stage, unit, steps
     done and total steps. ``cancel`` is an event that stops the work when it is set.

@@ -15,8 +15,6 @@ _MOST_M = 0.5
 #: From too near over as predicted to too far; and without prediction. Safe for red-green colour blindness.
 _COLOURS = np.array([[33, 102, 172], [247, 247, 247], [178, 24, 43]], np.float64)
 _UNKNOWN = np.array([110, 110, 110], np.uint8)
-#: Approximate number of surfels shown of a map.
-_SURFELS = 2_000_000
 #: The viewer has 32 bits: positions farther away are shifted by whole kilometres.
 _FAR_M = 10_000.0
 
@@ -45,11 +43,6 @@ def _run(rerun: Any, recording: Any, run: str, returns: npt.NDArray[np.void], ke
     way = kept.trajectory(run)
     if way is not None:
         recording.log([run, "trajectory"], rerun.LineStrips3D([way - moved_m]), static=True)
-    if "save_maps" in kept.files:
-        map = kept.map(run)
-        centres = map.surfels().centres[:: max(len(map) // _SURFELS, 1)]
-        surfels = rerun.Points3D(centres - moved_m, radii=map.voxel / 4, colors=[160, 160, 160])
-        recording.log([run, "map"], surfels, static=True)
     for frame, scan in by_frame(returns):
         recording.set_time("scan", sequence=frame)
         recording.set_time("time", duration=float(scan["time_s"][0]))

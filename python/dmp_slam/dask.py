@@ -13,7 +13,7 @@ from ._arguments import StrPath, documented
 from ._listener import Event, Listener, Progress
 from ._poses import Runs
 from ._result import Result
-from ._shards.asked import WHOLE, settings_of
+from ._shards.asked import settings_of
 from ._shards.dask_cluster import DaskCluster
 from ._shards.scored import Where, in_parts
 
@@ -21,7 +21,7 @@ __all__ = ["score"]
 
 
 @documented("shard", "reduce", without=["log", "threads", "memory"])
-@documented("shard", "plan", without=["output", "cores", *WHOLE])
+@documented("shard", "plan", without=["output", "cores"])
 def score(
     log: StrPath,
     runs: Runs,

@@ -62,18 +62,18 @@ def test_several_estimates_are_compared_with_one_reference(runs, poses, tmp_path
     bare = dmp.truth.ape(matrices, {"mine": matrices, "again": matrices})["runs"]
     assert [run["estimate"]["path"] for run in bare] == ["mine.npy", "again.npy"]
     assert bare[0]["reference"]["path"] == "reference.npy" and bare[0]["stats"]["max"] == 0
-    with pytest.raises(dmp.Error, match="^run 'other' against .*the other has none"):
-        dmp.truth.ape(truth, {"mine": truth, "other": matrices})
-    with pytest.raises(dmp.UsageError, match="'a/b': a run's name"):
-        dmp.truth.ape(truth, {"a/b": truth})
-    with pytest.raises(dmp.UsageError, match="no name of an estimate"):
-        dmp.truth.ape(truth, {"reference": truth})
-    for nothing in ((), ({},)):
-        with pytest.raises(TypeError, match="needs an estimate"):
-            dmp.truth.ape(truth, *nothing)
+    for estimates, kind, line in [
+        (({"mine": truth, "other": matrices},), dmp.Error, "^run 'other' against .*the other has none"),
+        (({"a/b": truth},), dmp.UsageError, "'a/b': a run's name"),
+        (({"reference": truth},), dmp.UsageError, "no name of an estimate"),
+        (({},), TypeError, "needs an estimate"),
+        ((), TypeError, "needs an estimate"),
+    ]:
+        with pytest.raises(kind, match=line):
+            dmp.truth.ape(truth, *estimates)
 
 
-def test_samples_and_comparisons(town, runs, result, tmp_path):
+def test_samples_and_comparisons_are_those_of_the_command(town, runs, result, tmp_path):
     again = tmp_path / "result.json"
     again.write_text(result.to_json())
     joined = dmp.compare(result, again)
@@ -147,7 +147,7 @@ def test_rays_meet_the_surfels_that_they_aim_at(built):
     assert np.isfinite(of_drive.zc).mean() > 0.99
 
 
-def test_rays_tell_the_normal_where_they_meet_the_first(built):
+def test_normals_are_those_of_the_first_surfel(built):
     centres, normals = built.surfels()
     count = len(centres)
     # Down onto every surfel, from the side that its normal is on, and from the other; then into the sky.
@@ -176,10 +176,12 @@ def test_rays_tell_the_normal_where_they_meet_the_first(built):
 
 
 def test_wrong_rays_fail_with_one_line(built, tmp_path):
-    with pytest.raises(dmp.InputError, match="origins: N × 3 numbers are needed, not 2 × 2"):
-        built.cast([[0, 0], [1, 1]], [[0, 0, 1]])
-    with pytest.raises(dmp.InputError, match="ranges: 1 numbers are needed"):
-        built.cast([0, 0, 0], [0, 0, 1], [1, 2])
+    for rays, line in [
+        (([[0, 0], [1, 1]], [[0, 0, 1]]), "origins: N × 3 numbers are needed, not 2 × 2"),
+        (([0, 0, 0], [0, 0, 1], [1, 2]), "ranges: 1 numbers are needed"),
+    ]:
+        with pytest.raises(dmp.InputError, match=line):
+            built.cast(*rays)
     with pytest.raises(dmp.InputError, match="nowhere.dmpmap"):
         dmp.Map.open(tmp_path / "nowhere.dmpmap")
 

@@ -218,27 +218,27 @@ def test_errors_keep_their_class_and_line(client, town, two, tmp_path):
         assert (type(again), str(again)) == (kind, "a line")
 
 
-def test_what_parts_do_not_have_is_refused(client, town, two):
+def test_keywords_that_parts_do_not_have_are_refused(client, town, two):
     given = {"client": client, "retries": 0, **FEW}
-    with pytest.raises(dmp.UsageError, match="--report in parts: .*`dmp score` makes it"):
-        dmp.dask.score(town, two, report=True, **given)
-    with pytest.raises(dmp.UsageError, match="--scene in parts: .*`dmp score` makes it"):
-        dmp.dask.score(town, two, scene=True, **given)
-    with pytest.raises(TypeError, match="score.* has no keyword 'voxle'; near it: voxel"):
-        dmp.dask.score(town, two, voxle=0.2, **given)
-    with pytest.raises(dmp.UsageError, match="parts of 'fuze': 3"):
-        dmp.dask.score(town, two, parts={"fuze": 3}, **given)
-    with pytest.raises(dmp.UsageError, match="a path or a URL"):
-        dmp.dask.score([dmp.Scan([[1.0, 2.0, 3.0]])], two, **given)
-    # Before anything long begins.
-    with pytest.raises(dmp.UsageError, match="nobody"):
-        dmp.dask.score(town, two, expect_best="nobody", **given)
+    for log, asked, kind, line in [
+        (town, {"report": True}, dmp.UsageError, "--report in parts: .*use `dmp score`"),
+        (town, {"scene": "scene.mcap"}, dmp.UsageError, "--scene in parts: .*use `dmp score`"),
+        (town, {"quick": "5%"}, dmp.UsageError, "--quick in parts: .*use `dmp score`"),
+        (town, {"reference": "truth"}, dmp.UsageError, "--reference"),
+        (town, {"voxle": 0.2}, TypeError, "score.* has no keyword 'voxle'; near it: voxel"),
+        (town, {"parts": {"fuze": 3}}, dmp.UsageError, "parts of 'fuze': 3"),
+        ([dmp.Scan([[1.0, 2.0, 3.0]])], {}, dmp.UsageError, "a path or a URL"),
+        # Before anything long begins.
+        (town, {"expect": "best:nobody"}, dmp.UsageError, "nobody"),
+    ]:
+        with pytest.raises(kind, match=line):
+            dmp.dask.score(log, two, **given, **asked)
 
 
-def test_gates_and_runs_in_memory(client, town, runs, poses, tmp_path):
+def test_gates_and_runs_in_memory_are_those_of_a_score(client, town, runs, poses, tmp_path):
     matrices, stamps = poses
     mixed = {"mine": dmp.Poses(matrices, stamps), "drift": runs["drift"]}
-    given = {"expect_best": "drift", "junit": tmp_path / "gates.xml", **FEW}
+    given = {"expect": "best:drift", "junit": tmp_path / "gates.xml", **FEW}
     found = dmp.dask.score(town, mixed, client=client, parts=2, **given)
     assert compared(found) == compared(dmp.score(town, mixed, **{**given, "junit": None}))
     assert not found.gates_passed and "<failure" in (tmp_path / "gates.xml").read_text()
@@ -341,7 +341,7 @@ def test_a_cache_lets_go_of_what_was_used_least_recently(tmp_path):
     assert cache.held == 0 and [file for file in (tmp_path / "cache").rglob("*") if file.is_file()] == []
 
 
-def test_what_is_not_there_is_reported(client, town, two, tmp_path, bucket):
+def test_a_missing_log_or_package_is_reported(client, town, two, tmp_path, bucket):
     with pytest.raises(dmp.UsageError, match="s3://drives/none.mcap: it is not there"):
         given = {"client": client, "work": tmp_path, "storage_options": bucket.options, "retries": 0, **FEW}
         dmp.dask.score("s3://drives/none.mcap", two, **given)

@@ -64,7 +64,7 @@ def scored(path: pathlib.Path) -> Any:
     return comparable(done.stdout)
 
 
-def test_slurm(path: pathlib.Path, tmp_path: pathlib.Path) -> None:
+def test_jobs_of_slurm_score_as_one_machine(path: pathlib.Path, tmp_path: pathlib.Path) -> None:
     sbatch = path / "sbatch"
     sbatch.write_text(SBATCH)
     sbatch.chmod(sbatch.stat().st_mode | stat.S_IXUSR)
@@ -76,7 +76,7 @@ def test_slurm(path: pathlib.Path, tmp_path: pathlib.Path) -> None:
     assert comparable((work / "scores.json").read_text()) == scored(path)
 
 
-def test_kubernetes(path: pathlib.Path, tmp_path: pathlib.Path) -> None:
+def test_jobs_of_kubernetes_score_as_one_machine(path: pathlib.Path, tmp_path: pathlib.Path) -> None:
     work = tmp_path / "work"
     subprocess.run([path / "dmp", "shard", "plan", *asked(), "-o", work, "-q"], capture_output=True, check=True)
     template = string.Template((DEPLOY / "kubernetes" / "stage.yaml").read_text())
@@ -96,6 +96,7 @@ def test_kubernetes(path: pathlib.Path, tmp_path: pathlib.Path) -> None:
 def in_github(folder: pathlib.Path, arguments: str, **environment: str) -> "subprocess.CompletedProcess[str]":
     """What the action does in a job: its outputs are in files of the folder."""
     given = {
+        "GITHUB_ACTIONS": "true",
         "RUNNER_TEMP": str(folder),
         "GITHUB_OUTPUT": str(folder / "output"),
         "GITHUB_STEP_SUMMARY": str(folder / "summary"),
@@ -106,9 +107,9 @@ def in_github(folder: pathlib.Path, arguments: str, **environment: str) -> "subp
     return subprocess.run([script], cwd=SAMPLES, env=env, capture_output=True, text=True, check=False)
 
 
-def test_the_action_scores_and_tells(tmp_path: pathlib.Path, path: pathlib.Path) -> None:
+def test_the_action_scores_and_annotates(tmp_path: pathlib.Path, path: pathlib.Path) -> None:
     on_path = f"{path}:{os.environ['PATH']}"
-    arguments = "town.mcap\n  -t new=truth.tum\n-t drift.tum  \n\n--every 4\n--expect-best drift\n"
+    arguments = "town.mcap\n  -t new=truth.tum\n-t drift.tum  \n\n--every 4\n--expect best:drift\n"
     ended = in_github(tmp_path, arguments, PATH=on_path)
     assert ended.returncode == 4 and "::error title=dmp gate failed::drift: worse than new" in ended.stderr
     outputs = dict(line.split("=", 1) for line in (tmp_path / "output").read_text().splitlines())
@@ -140,7 +141,7 @@ def test_the_action_takes_a_release(tmp_path: pathlib.Path) -> None:
         assert (ended.returncode, ended.stderr) == (2, "error: no dmp on the PATH: install it, or name a version\n")
 
 
-def test_the_action_and_the_workflows_are_what_they_should_be() -> None:
+def test_the_action_and_the_workflows_fit_their_scripts() -> None:
     action = yaml.safe_load((ROOT / "action.yml").read_text())
     script = (DEPLOY / "github" / "score.sh").read_text()
     for step in action["runs"]["steps"]:

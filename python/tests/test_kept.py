@@ -1,4 +1,4 @@
-"""What stays on the disk with a result: returns, maps, and pictures of them."""
+"""Returns that stay on the disk with a result, and pictures of them."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ NAMES = ("truth", "drift")
 @pytest.fixture(scope="module")
 def kept(town, runs):
     named = {name: runs[name] for name in NAMES}
-    return dmp.score(town, named, residuals=True, save_maps=True, per_frame=True, progress=False)
+    return dmp.score(town, named, residuals=True, per_frame=True, progress=False)
 
 
 def test_returns_give_the_scores(kept):
@@ -63,7 +63,7 @@ def test_one_run_needs_no_name(town, runs):
 
 
 @pytest.mark.parametrize("names", [("a b", "a:b"), ("A", "a"), ("ü", "%")])
-def test_names_that_files_cannot_have(town, runs, names):
+def test_runs_may_have_names_that_files_cannot_have(town, runs, names):
     named = {names[0]: runs["truth"], names[1]: runs["drift"]}
     found = dmp.score(town, named, residuals=True, every=20, progress=False)
     spread = [np.nanmedian(found.residuals(name)["residual_m"]) for name in names]
@@ -81,36 +81,37 @@ def test_trajectories_are_those_that_were_scored(kept, town, runs, tmp_path):
     settings = {"residuals": True, "every": 20, "progress": False}
     stamped = tmp_path / "run"
     stamped.write_bytes(runs["drift"].read_bytes())
-    heard = dmp.score(town, {"mine": stamped}, trajectory_format="tum", **settings)
-    np.testing.assert_array_equal(heard._kept.trajectory("mine"), places)
+    named = {"truth": runs["truth"], "mine": stamped}
+    for poses_as in ("tum", {"mine": ["tum", "stamps-s"]}):
+        given = dmp.score(town, named, poses_as=poses_as, **settings)
+        np.testing.assert_array_equal(given._kept.trajectory("mine"), places)
+        assert given._kept.trajectory("truth") is not None
     mended = dmp.score(town, {"mine": runs["drift"]}, mend=True, **settings)
     assert mended._kept.trajectory("mine") is None
 
 
-def test_runs_that_are_not_there(kept, result):
+def test_runs_without_returns_are_named(kept, result):
     with pytest.raises(dmp.UsageError, match="which run\\? 'truth', 'drift'"):
         kept.residuals()
     with pytest.raises(dmp.UsageError, match="there is no run 'kiss': 'truth', 'drift'"):
-        kept.map("kiss")
-    for asked in (result.residuals, result.map, result.residuals_by_frame):
+        kept.residuals("kiss")
+    for asked in (result.residuals, result.residuals_by_frame):
         with pytest.raises(dmp.UsageError, match="was not called with"):
             asked("truth")
 
 
 def test_files_go_with_what_holds_them(town, runs, tmp_path):
-    found = dmp.score(
-        town, {"truth": runs["truth"]}, residuals=True, save_maps=True, every=10, work=tmp_path, progress=False
-    )
+    found = dmp.score(town, {"truth": runs["truth"]}, residuals=True, every=10, work=tmp_path, progress=False)
     (folder,) = tmp_path.iterdir()
     again = pickle.loads(pickle.dumps(found))
     assert again.order == ["truth"]
     with pytest.raises(dmp.UsageError, match="residuals=True"):
         again.residuals()
-    returns, map = found.residuals(), found.map()
-    del found, again
+    returns = found.residuals()
+    del again
     gc.collect()
-    assert folder.exists() and len(map.surfels().centres) == len(map)
-    del map
+    assert folder.exists()
+    del found
     gc.collect()
     assert not folder.exists()
     # Mapped: what is gone by its name is there.
@@ -129,7 +130,7 @@ def test_a_score_that_nothing_keeps_makes_no_folder(town, runs, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_plots(kept, result, tmp_path):
+def test_a_plot_has_what_was_asked_for(kept, result, tmp_path):
     matplotlib.use("agg")
     # Scores alone; also over time; and pictures with their scales of colours.
     alone = dmp.Result(dmp._execute.Output(kept.to_json(), False, False), dmp._kept.Kept(None, []), None, None, None)
@@ -142,7 +143,7 @@ def test_plots(kept, result, tmp_path):
     assert (tmp_path / "figure.png").stat().st_size > 20_000
 
 
-def test_views(kept, tmp_path):
+def test_a_view_has_trajectories_and_returns(kept, tmp_path):
     kept.view(tmp_path / "result.rrd")
     rerun = Path(sys.executable).with_name("rerun")
     subprocess.run([rerun, "rrd", "verify", tmp_path / "result.rrd"], check=True, capture_output=True)
@@ -150,7 +151,7 @@ def test_views(kept, tmp_path):
         [rerun, "rrd", "print", tmp_path / "result.rrd"], check=True, capture_output=True, text=True
     ).stdout
     for name in NAMES:
-        for what in ("trajectory", "map", "returns", "off_m"):
+        for what in ("trajectory", "returns", "off_m"):
             assert f"/{name}/{what}" in printed, (name, what)
 
 

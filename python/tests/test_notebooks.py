@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import nbclient
@@ -20,5 +21,7 @@ def test_it_runs(notebook, tmp_path):
     assert any(output["output_type"] != "error" for output in cells.cells[-1]["outputs"])
 
 
-def test_there_are_some():
-    assert len(NOTEBOOKS) >= 4
+def test_the_notebooks_are_those_of_the_page():
+    page = Path(__file__).resolve().parents[2] / "docs" / "python.md"
+    named = re.findall(r"notebooks/([\w-]+\.ipynb)", page.read_text(encoding="utf-8"))
+    assert sorted(named) == [notebook.name for notebook in NOTEBOOKS]

@@ -41,7 +41,7 @@ def test_poses_of_scans_stamped_at_their_ends_hold_there(scans, poses):
     _, found = scans
     log = list(at_their_ends(found))
     matrices, _ = poses
-    # Whatever these poses are: the n-th is said to be that of the n-th scan.
+    # Whatever these poses are: the n-th is used as that of the n-th scan.
     mine = np.repeat(matrices, -(-len(log) // len(matrices)), axis=0)[: len(log)]
     stamps = np.array([scan.stamp for scan in log])
     for pose_at in ("stamp", "start", "end"):

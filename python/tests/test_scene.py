@@ -32,8 +32,15 @@ TYPES = {
 
 @pytest.fixture(scope="module")
 def scored(town, runs):
-    named = dict(zip(NAMES, (runs["truth"], runs["drift"], runs["noise"])))
-    return dmp.score(town, named, scene=True, save_maps=True, per_frame=True, progress=False)
+    return dmp.score(town, {name: runs[name] for name in NAMES}, scene=True, per_frame=True, progress=False)
+
+
+@pytest.fixture(scope="module")
+def maps(town, runs, scored, tmp_path_factory):
+    """The maps of the runs, with the voxels of their common score."""
+    folder = tmp_path_factory.mktemp("maps")
+    given = {"voxel": scored.data["config"]["voxel_m"], "progress": False}
+    return {name: dmp.Map.build(town, runs[name], folder / f"{name}.dmpmap", **given) for name in NAMES}
 
 
 @pytest.fixture(scope="module")
@@ -83,11 +90,11 @@ def test_messages_are_those_of_ros_2(scored, messages):
     assert {message.level for _, message in heard} == {30} and {message.name for _, message in heard} == set(NAMES)
 
 
-def test_a_map_has_its_surfels_with_colours_and_residuals(scored, messages):
+def test_a_map_has_its_surfels_with_colours_and_residuals(maps, messages):
     for name in NAMES:
         ((_, message),) = messages[f"/{name}/map"]
         points = cloud(message)
-        assert len(points) == len(scored.map(name))
+        assert len(points) == len(maps[name])
         normals = np.stack([points[f"normal_{axis}"] for axis in "xyz"], axis=1)
         np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1, atol=1e-3)
         assert (points["rgb"] << 8 | 0xFF == points["colors"]).all()
@@ -99,7 +106,7 @@ def test_a_map_has_its_surfels_with_colours_and_residuals(scored, messages):
     ((_, message),) = messages["/truth/map"]
     points = cloud(message)
     placed = np.sort(np.stack([points[axis] for axis in "xyz"], axis=1), axis=0)
-    np.testing.assert_allclose(placed, np.sort(scored.map("truth").surfels().centres, axis=0), atol=1e-3)
+    np.testing.assert_allclose(placed, np.sort(maps["truth"].surfels().centres, axis=0), atol=1e-3)
 
 
 def test_residuals_are_those_of_the_table(scored, messages):
@@ -144,7 +151,7 @@ def test_the_command_of_rerun_converts_it(scene, tmp_path):
     assert " ERROR " not in heard, heard
 
 
-def test_the_shipped_views_for_rerun(scene, tmp_path):
+def test_the_shipped_views_for_rerun_show_every_run(scene, tmp_path):
     views = tmp_path / "scene.rrd"
     script = [sys.executable, str(VIEWERS / "rerun_blueprint.py"), str(scene), "--save", str(views)]
     heard = subprocess.run(script, capture_output=True, text=True, check=True)
@@ -173,6 +180,6 @@ def test_the_shipped_layout_for_foxglove_names_what_is_there(messages):
     assert hasattr(messages["/truth/residual"][0][1], "range")
 
 
-def test_a_scene_that_was_not_asked_for(result, tmp_path):
+def test_a_scene_that_was_not_asked_for_is_refused(result, tmp_path):
     with pytest.raises(dmp.UsageError, match="scene=True"):
         result.scene(tmp_path / "scene.mcap")

@@ -32,8 +32,8 @@ def rows(table: Any) -> list[dict[str, Any]]:
 
 def test_a_suite_is_what_the_command_prints(folder, caplog):
     file = folder / "suite.toml"
-    result = dmp.suite(file, expect_best="new", progress=False)
-    printed = command("suite", file, "--expect-best=new", "--json", "--quiet")
+    result = dmp.suite(file, expect="best:new", progress=False)
+    printed = command("suite", file, "--expect=best:new", "--json", "--quiet")
     assert result.to_json() == printed.stdout
     assert (result.best, result.verdict("old", "new")) == ("new", "new")
     assert result.gates_passed and not result.is_damaged
@@ -51,11 +51,11 @@ def test_a_suite_is_what_the_command_prints(folder, caplog):
     assert "iframe" in result._repr_html_()
 
 
-def test_what_is_missing_and_what_is_wrong(folder):
+def test_missing_runs_and_wrong_keys_are_reported(folder):
     for k in range(1, 9):
         (folder / "old" / f"log-{k}.tum").unlink()
     file = folder / "suite.toml"
-    result = dmp.suite(file, cache=folder / "kept", fail_worse_on={"old": 0}, progress=False)
+    result = dmp.suite(file, cache=folder / "kept", expect="old:lost_logs<0", progress=False)
     assert result.is_damaged and not result.gates_passed and result.best is None
     assert result.verdict("new", "old") == "too_few_logs"
     assert len(list((folder / "kept").glob("*.json"))) == 2

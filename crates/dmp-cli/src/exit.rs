@@ -203,8 +203,6 @@ fn option_of_log(setting: LogSetting) -> String {
         LogSetting::StampAt => "--stamp".into(),
         LogSetting::MadeWith => "`dmp convert log --made-with`".into(),
         LogSetting::TimeOffset => "--time-offset".into(),
-        LogSetting::Camera => "in a camera.json beside them:".into(),
-        LogSetting::DepthUnits => "as depth_scale in a camera.json:".into(),
         other => other.to_string(),
     }
 }
@@ -262,9 +260,6 @@ mod tests {
         assert!(one_line(&error().into()).ends_with("score all of it, without --quick"));
         assert!(error().to_string().ends_with("score all of it, without `quick`"));
         let error = EvaluateError::SameName { name: "a".into() };
-        assert_eq!(
-            one_line(&error.into()),
-            "two runs are called `a`: give them names of their own, as NAME=FILE"
-        );
+        assert_eq!(one_line(&error.into()), "two runs are named `a`: give each its own name, as NAME=FILE");
     }
 }

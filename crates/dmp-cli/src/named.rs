@@ -81,7 +81,7 @@ pub(crate) fn names_of(files: &[NamedFile]) -> Result<Vec<String>, Usage> {
     for (k, name) in names.iter().enumerate() {
         if let Some(other) = names[..k].iter().position(|other| other == name) {
             return Err(Usage(format!(
-                "{} and {}: both runs are called `{name}`; give them names of their own, as NAME=FILE",
+                "{} and {}: both runs are named `{name}`; give each its own name, as NAME=FILE",
                 files[other].path.display(),
                 files[k].path.display()
             )));

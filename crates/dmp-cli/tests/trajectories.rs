@@ -129,8 +129,8 @@ fn row_19_kittis_camera_is_brought_into_the_lidar() {
     assert_eq!(code(&output), 3, "{output:?}");
     for words in [
         "body_from_sensor: identity: neither a calib.txt nor frames say otherwise",
-        "run `camera` is left out: its poses are misread",
-        "--extrinsic camera=0,0,0,0.5,-0.5,0.5,0.5 mends it",
+        "run `camera` is excluded: its poses are misread",
+        "fix it with --extrinsic camera=0,0,0,0.5,-0.5,0.5,0.5",
     ] {
         assert!(text(&output.stderr).contains(words), "no `{words}` in {output:?}");
     }

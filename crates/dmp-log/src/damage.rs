@@ -22,7 +22,6 @@ pub struct Damage {
 }
 
 impl Damage {
-    /// Damage in one place.
     pub(crate) fn new(place: impl Into<String>, what: impl Into<String>) -> Self {
         // Names of files and topics stand in both.
         let [place, what] = [place.into(), what.into()].map(|text| printable(&text).into_owned());

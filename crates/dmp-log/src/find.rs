@@ -17,7 +17,6 @@ pub(crate) const ROS1_MAGIC: &[u8] = b"#ROSBAG V";
 pub(crate) const ROS1_ADVICE: &str =
     "a ROS 1 bag: convert it with `mcap convert IN.bag OUT.mcap`, which is read as it is";
 
-/// What lies at a path.
 pub(crate) enum Found {
     Bag(Bag),
     Folder(FoundScans),
@@ -26,7 +25,6 @@ pub(crate) enum Found {
     Las,
 }
 
-/// The bag at a path; `None` where there is something else.
 pub(crate) fn bag_at(path: &Path) -> Result<Option<Bag>, LogError> {
     match find(path) {
         Ok(Found::Bag(bag)) => Ok(Some(bag)),
@@ -39,7 +37,6 @@ pub(crate) fn bag_at(path: &Path) -> Result<Option<Bag>, LogError> {
 pub(crate) fn find_for(path: &Path, options: &LogOptions) -> Result<Found, LogError> {
     let found = find(path)?;
     check_in_sensor_frame(path, &found, options)?;
-    check_of_camera(path, &found, options)?;
     Ok(found)
 }
 
@@ -106,16 +103,4 @@ fn check_in_sensor_frame(path: &Path, found: &Found, options: &LogOptions) -> Re
     }
     let problem = "was given, but it is for one LAS or LAZ file in world coordinates (several have to be merged into one)";
     Err(LogError::setting(path, LogSetting::MadeWith, "", problem))
-}
-
-fn check_of_camera(path: &Path, found: &Found, options: &LogOptions) -> Result<(), LogError> {
-    let (setting, value) = match options {
-        LogOptions { camera: Some(camera), .. } => (LogSetting::Camera, camera.to_string()),
-        LogOptions { depth_units_per_m: Some(units), .. } => (LogSetting::DepthUnits, units.to_string()),
-        _ => return Ok(()),
-    };
-    if matches!(found, Found::Depth(_)) {
-        return Ok(());
-    }
-    Err(LogError::setting(path, setting, value, "was given, but it is for a folder of depth images"))
 }

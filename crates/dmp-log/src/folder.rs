@@ -38,12 +38,10 @@ pub(crate) fn is_file(path: &Path) -> Result<bool, LogError> {
     Ok(found(path)?.is_some_and(|found| found.is_file()))
 }
 
-/// Whether there is a folder at a path.
 pub(crate) fn is_folder(path: &Path) -> Result<bool, LogError> {
     Ok(found(path)?.is_some_and(|found| found.is_dir()))
 }
 
-/// The first of some paths with a file.
 pub(crate) fn first_file(paths: impl IntoIterator<Item = PathBuf>) -> Result<Option<PathBuf>, LogError> {
     for path in paths {
         if is_file(&path)? {

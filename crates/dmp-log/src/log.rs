@@ -1,5 +1,6 @@
 //! What a scan log is to its users: the traits [`ScanLog`] and [`ScanReader`], and all that one file may hold.
 
+use crate::frame_info::runs_of_eight;
 use crate::{Damage, FrameInfo, LogError, LogFormat, LogIndex, LogSummary, StaticFrames, TopicInfo};
 use dmp_sensor::Scan;
 use std::fmt::Debug;
@@ -52,7 +53,9 @@ pub trait ScanLog: Send + Sync + Debug {
     }
 
     /// Consecutive frames that are cheapest to read together, in order, all of them.
-    fn groups(&self) -> Vec<Range<usize>>;
+    fn groups(&self) -> Vec<Range<usize>> {
+        runs_of_eight(self.frames().len())
+    }
 }
 
 /// Reads scans of one log.

@@ -6,7 +6,7 @@ use crate::{
     FieldInfo, FieldMeaning, FrameInfo, LogError, LogFormat, LogSummary, ScanLog, ScanReader, StaticFrames,
     fingerprint,
 };
-use dmp_sensor::{PinholeCamera, Scan};
+use dmp_sensor::Scan;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -119,13 +119,6 @@ impl MemoryLog {
         Ok(Self { scans, frames, summary, static_frames: StaticFrames::default(), scans_in_log })
     }
 
-    /// The same, where the scans are depth images of this camera: their noise and their lengths are a camera's then.
-    #[must_use]
-    pub fn with_camera(mut self, camera: PinholeCamera) -> Self {
-        self.summary.camera = Some(camera);
-        self
-    }
-
     /// The frames of `log`, as `take` gives them by their number in it, once each.
     pub(crate) fn part_of(log: &dyn ScanLog, take: &mut dyn FnMut(usize) -> Option<Scan>) -> Self {
         let numbers =
@@ -184,15 +177,9 @@ fn check(scans: &[Scan]) -> Result<(), MemoryLogFault> {
 }
 
 fn fields(timed: bool) -> Vec<FieldInfo> {
-    let field = |name: &str, kind, offset_bytes, meaning| FieldInfo {
-        name: name.into(),
-        kind,
-        offset_bytes,
-        meaning,
-    };
-    let coordinate = |(name, offset)| field(name, "float32", offset, FieldMeaning::Coordinate);
+    let coordinate = |(name, offset)| FieldInfo::new(name, "float32", offset, FieldMeaning::Coordinate);
     let mut fields: Vec<FieldInfo> = [("x", 0), ("y", 4), ("z", 8)].map(coordinate).into();
-    fields.extend(timed.then(|| field("time", "int64", 12, FieldMeaning::Time)));
+    fields.extend(timed.then(|| FieldInfo::new("time", "int64", 12, FieldMeaning::Time)));
     fields
 }
 

@@ -1,6 +1,6 @@
 //! How a log is to be read.
 
-use crate::{CameraNumbers, MadeWith, PointTime, StampAt};
+use crate::{MadeWith, PointTime, StampAt};
 
 /// How a log is to be read.
 #[derive(Debug, Clone, Default, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -13,10 +13,6 @@ pub struct LogOptions {
     pub stamp_at: StampAt,
     /// What a file in world coordinates was made with; without it such a file is no log.
     pub made_with: Option<MadeWith>,
-    /// The camera of a log of depth images; `None` for what a file beside them says, or what is usual.
-    pub camera: Option<CameraNumbers>,
-    /// Units of depth a metre, likewise.
-    pub depth_units_per_m: Option<f64>,
 }
 
 impl LogOptions {

@@ -119,15 +119,6 @@ impl Source {
 }
 
 impl LogOutline {
-    /// The outline of scans in memory: every scan is known, and is read by itself.
-    pub fn of_memory(log: MemoryLog) -> Self {
-        let bytes_of = |frame: &FrameInfo| frame.returns * u64::from(log.summary().point_bytes);
-        let (path, bytes) =
-            (log.summary().path.clone(), log.frames().iter().map(bytes_of).collect::<Vec<_>>());
-        let (scans, source) = Source::whole(log, &bytes);
-        Self { path, scans, source, own_bytes: None }
-    }
-
     /// Every scan of the log, in its own order.
     pub fn scans(&self) -> &[OutlinedScan] {
         &self.scans
@@ -137,7 +128,7 @@ impl LogOutline {
     /// has them.
     pub fn summary(&self) -> &LogSummary {
         match &self.source {
-            Source::Bag(bag) => bag.summary(),
+            Source::Bag(bag) => &bag.summary,
             Source::Whole { log, .. } => log.summary(),
         }
     }
@@ -146,17 +137,14 @@ impl LogOutline {
     /// what its first messages say.
     pub fn static_frames(&self) -> &StaticFrames {
         match &self.source {
-            Source::Bag(bag) => bag.static_frames(),
+            Source::Bag(bag) => &bag.static_frames,
             Source::Whole { log, .. } => log.static_frames(),
         }
     }
 
     /// Bytes of the whole log.
     pub fn bytes(&self) -> u64 {
-        match &self.source {
-            Source::Bag(bag) => bag.bytes(),
-            Source::Whole { log, .. } => log.summary().bytes,
-        }
+        self.summary().bytes
     }
 
     /// Bytes read so far for the outline, its parts and their readers: as [`ScanLog::bytes_read`].
@@ -177,7 +165,7 @@ impl LogOutline {
     /// the times in the index mean nothing.
     pub fn stamp_error_ns(&self) -> i64 {
         match &self.source {
-            Source::Bag(bag) => bag.stamp_error_ns(),
+            Source::Bag(bag) => bag.stamp_error_ns,
             Source::Whole { .. } => 0,
         }
     }
@@ -185,26 +173,21 @@ impl LogOutline {
     /// The usual time from scan to scan in the whole log, nanoseconds: what parts have as
     /// [`period_ns`](crate::LogSummary::period_ns).
     pub fn period_ns(&self) -> Option<i64> {
-        match &self.source {
-            Source::Bag(bag) => bag.whole_period_ns(),
-            Source::Whole { log, .. } => log.summary().period_ns,
-        }
+        self.summary().period_ns
     }
 
     /// What was guessed or left aside, and what had to be read for lack of an index.
     pub fn notes(&self) -> Vec<String> {
-        match &self.source {
-            Source::Bag(bag) => bag.notes().to_vec(),
-            Source::Whole { log, notes } => [log.summary().notes.as_slice(), notes].concat(),
-        }
+        let more: &[String] = match &self.source {
+            Source::Bag(_) => &[],
+            Source::Whole { notes, .. } => notes,
+        };
+        [self.summary().notes.as_slice(), more].concat()
     }
 
     /// What is known to be lost. Damage within scans that were not read is not known.
     pub fn damage(&self) -> &[Damage] {
-        match &self.source {
-            Source::Bag(bag) => bag.damage(),
-            Source::Whole { log, .. } => &log.summary().damage,
-        }
+        &self.summary().damage
     }
 
     /// Opens the scans with these numbers, ascending, as the outline was made: by the same topic, and with the

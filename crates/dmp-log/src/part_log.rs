@@ -75,7 +75,6 @@ impl ScanLog for PartLog {
     }
 }
 
-/// Reads scans of a [`PartLog`].
 struct PartReader<'a> {
     log: &'a PartLog,
     whole: Box<dyn ScanReader + 'a>,

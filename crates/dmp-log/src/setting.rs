@@ -19,10 +19,6 @@ pub enum LogSetting {
     MadeWith,
     /// [`MadeWith::time_offset_ns`](crate::MadeWith::time_offset_ns).
     TimeOffset,
-    /// [`LogOptions::camera`](crate::LogOptions::camera).
-    Camera,
-    /// [`LogOptions::depth_units_per_m`](crate::LogOptions::depth_units_per_m).
-    DepthUnits,
 }
 
 impl fmt::Display for LogSetting {
@@ -33,8 +29,6 @@ impl fmt::Display for LogSetting {
             Self::StampAt => "`stamp_at`",
             Self::MadeWith => "`made_with`",
             Self::TimeOffset => "`time_offset_ns`",
-            Self::Camera => "`camera`",
-            Self::DepthUnits => "`depth_units_per_m`",
         })
     }
 }

@@ -1,6 +1,7 @@
 //! What was found in a log on opening it: its format, topics, fields, times and damage.
 
 use crate::frame_info::{period_ns, span_ns};
+use crate::points::TimeChoice;
 use crate::{Damage, FrameInfo};
 use dmp_sensor::PinholeCamera;
 use std::path::{Path, PathBuf};
@@ -94,6 +95,12 @@ pub struct FieldInfo {
     pub offset_bytes: u32,
     /// What it is taken for.
     pub meaning: FieldMeaning,
+}
+
+impl FieldInfo {
+    pub(crate) fn new(name: &str, kind: &'static str, offset_bytes: u32, meaning: FieldMeaning) -> Self {
+        Self { name: name.to_owned(), kind, offset_bytes, meaning }
+    }
 }
 
 /// What a field of a point is taken for.
@@ -192,6 +199,12 @@ impl LogSummary {
             bytes: 0,
             topics: Arc::default(),
         }
+    }
+
+    /// Takes over what the times of points mean.
+    pub(crate) fn take_time(&mut self, choice: &TimeChoice) {
+        self.point_times = Some(choice.words.clone());
+        (self.middle_ns, self.sweep_ns) = (choice.middle_ns, choice.sweep_ns);
     }
 
     /// Fills what follows from the scans.

@@ -114,6 +114,6 @@ fn a_file_that_changed_is_never_merged() -> Result<(), MapError> {
     let mut unsorted = list;
     unsorted.blocks.reverse();
     std::fs::write(&path, bytes).unwrap();
-    assert!(merge(unsorted).unwrap_err().to_string().contains("not those of a file"));
+    assert!(merge(unsorted).unwrap_err().to_string().contains("blocks are inconsistent"));
     Ok(())
 }

@@ -6,19 +6,17 @@ import os
 from pathlib import Path
 from typing import Any, Mapping, NamedTuple
 
-from .._arguments import arguments, options, unknown
+from .._arguments import Option, arguments, options, unknown
 from .._execute import check
 from .._poses import Runs, trajectories
 from ..errors import UsageError
 from .job import Asked, Given
 from .places import Place, is_url, place_of
 
-#: Options of ``dmp score`` that parts do not have: the command explains why.
-WHOLE = ("report", "scene", "keep", "residuals", "per_frame", "per_tile", "save_maps", "resume", "checkpoint")
 #: Options with arguments of their own.
 _OWN = ("trajectory", "output", "cores", "log", "work")
 _MEANS = ("memory", "threads")
-_PLAN, _REDUCE = ("shard", "plan"), ("shard", "reduce")
+_SCORE, _PLAN, _REDUCE = ("score",), ("shard", "plan"), ("shard", "reduce")
 
 
 class Settings(NamedTuple):
@@ -35,17 +33,20 @@ def settings_of(given: Mapping[str, Any]) -> Settings:
     """Keywords as options of the commands that they belong to; invalid ones are rejected."""
     gates = set(options(_REDUCE)) - {*_OWN, *_MEANS}
     known = (set(options(_PLAN)) | gates) - set(_OWN)
-    for keyword in given:
-        if keyword not in known:
-            raise TypeError(unknown(("score",), keyword, sorted(known - set(WHOLE))))
-    own = {keyword: _reachable(value) for keyword, value in given.items()}
-    # Rejected with any value.
-    own.update({keyword: "asked" for keyword in WHOLE[:6] if own.get(keyword) is True})
+    # Those of a score as a whole: the plan rejects them, and says why.
+    whole = {keyword: option for keyword, option in options(_SCORE).items() if keyword not in {*known, *_OWN}}
+    rejected = []
+    for keyword, value in given.items():
+        if keyword in whole:
+            rejected += [_with_any_value(whole[keyword])] if value is not None and value is not False else []
+        elif keyword not in known:
+            raise TypeError(unknown(_SCORE, keyword, sorted(known)))
+    own = {keyword: _reachable(value) for keyword, value in given.items() if keyword in known}
     junit = own.pop("junit", None)
     of_means = {keyword: own.pop(keyword) for keyword in _MEANS if keyword in own}
     of_gates = {keyword: own.pop(keyword) for keyword in gates if keyword in own}
     found = Settings(
-        arguments(_PLAN, own),
+        [*arguments(_PLAN, own), *rejected],
         arguments(_REDUCE, of_gates),
         tuple(arguments(_REDUCE, of_means)),
         None if junit is None else Path(junit),
@@ -55,6 +56,11 @@ def settings_of(given: Mapping[str, Any]) -> Settings:
     if found.junit is not None and not found.gates:
         raise UsageError("junit needs a gate")
     return found
+
+
+def _with_any_value(option: Option) -> str:
+    """An option as an argument, whatever its value."""
+    return f"--{option.name}" if option.value is None or option.may_be_alone else f"--{option.name}=any"
 
 
 def _reachable(value: Any) -> Any:

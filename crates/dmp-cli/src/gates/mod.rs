@@ -21,7 +21,7 @@ pub(crate) use check::GateReport;
 use expect::Expect;
 pub(crate) use over_logs::{SuiteGateArgs, SuiteGates};
 
-/// What must hold.
+// No doc comment: it would become the description of the command.
 #[derive(Debug, Args)]
 pub(crate) struct GateArgs {
     /// Exit with code 4 unless WHAT holds: `best:NAME`, `unbeaten:NAME`, `same[:A,B]`, `[NAME:]SCORE<LIMIT`, `[NAME:]SCORE>LIMIT`

@@ -12,7 +12,7 @@ use super::junit;
 use crate::exit::{Exit, Usage};
 use crate::host::Hosted;
 
-/// What must hold.
+// No doc comment: it would become the description of the command.
 #[derive(Debug, Args)]
 pub(crate) struct SuiteGateArgs {
     /// Exit with code 4 unless WHAT holds: `best:NAME`, `unbeaten:NAME`, `NAME:lost_logs<N`

@@ -68,10 +68,7 @@ impl Spec {
 
     /// Its definition for the parser.
     pub(crate) fn clap(&'static self) -> Command {
-        let mut command = Command::new(self.name).about(self.about);
-        if !self.more.is_empty() {
-            command = command.long_about(format!("{}\n\n{}", self.about, self.more));
-        }
+        let mut command = Command::new(self.name);
         if !self.usage.is_empty() {
             command = command.override_usage(self.usage);
         }
@@ -92,7 +89,11 @@ impl Spec {
             let set = self.entries().map(|entry| entry.facts()).filter(|facts| facts.is_set_by_like);
             command = command.mut_arg(like, |arg| arg.conflicts_with_all(set.map(|facts| facts.name)));
         }
-        command = (self.extend)(command);
+        // The gates would replace the description by their own.
+        command = (self.extend)(command).about(self.about);
+        if !self.more.is_empty() {
+            command = command.long_about(format!("{}\n\n{}", self.about, self.more));
+        }
         if self.has_short_help {
             let is_gate = |id: &str| !known(id) && !self.refuses(id);
             command =
@@ -176,5 +177,6 @@ mod tests {
         let short = crate::score::SPEC.clap().render_help().to_string();
         assert!(short.contains("--report") && !short.contains("--voxel"), "{short}");
         assert!(short.contains("`dmp score --help` shows all options"), "{short}");
+        assert!(short.starts_with("Score runs on a log, and rank them"), "{short}");
     }
 }

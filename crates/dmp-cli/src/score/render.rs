@@ -329,7 +329,7 @@ Family-wise error rate 1 %, over all pairs and 4 scales; each interval is at
         assert!(text.contains("every scan a\nsegment"), "{text}");
         assert!(!text.contains("R_cv"), "{text}");
         assert!(text.contains("\n2  b    worse by 8.47 cm at 5 m "), "{text}");
-        assert!(text.contains("R_near    RMS range residual: "), "{text}");
+        assert!(text.contains("R_near    RMS range residual to the nearest surface"), "{text}");
     }
 
     #[test]

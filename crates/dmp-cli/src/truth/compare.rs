@@ -168,7 +168,8 @@ fn compare(
     let (reference, estimate) = (path_of(reference)?, path_of(estimate)?);
     let preparation = preparation(asked, &reference)?;
     let compared = || format!("{} against {}", estimate_path.display(), reference_path.display());
-    let prepared = preparation.apply(reference, estimate).map_err(usage_or_failure).with_context(compared)?;
+    let prepared =
+        preparation.apply(reference, &estimate).map_err(usage_or_failure).with_context(compared)?;
     let mut errors = (metric.errors)(&prepared).map_err(usage_or_failure).with_context(compared)?;
     if let Some(unit) = asked.get(&truth::CHANGE_UNIT) {
         errors = errors.in_unit(unit).map_err(usage_or_failure)?;

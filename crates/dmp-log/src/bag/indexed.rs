@@ -46,9 +46,6 @@ impl IndexedPlace {
 
 impl IndexedBag {
     /// Of a bag whose files are as they were.
-    ///
-    /// # Errors
-    /// When a file is gone.
     pub(crate) fn of(bag: &Bag) -> Result<Self, LogError> {
         let file = |(path, kind): &(PathBuf, FileKind)| {
             let bytes = path.metadata().map_err(|e| LogError::io(path, "read", e))?.len();
@@ -60,9 +57,6 @@ impl IndexedBag {
     }
 
     /// The bag at `path`.
-    ///
-    /// # Errors
-    /// When a file is not there, or has another length.
     pub(crate) fn open(&self, path: &Path) -> Result<Bag, LogError> {
         let file = |file: &IndexedFile| {
             let found = path_of(path, &file.name);

@@ -4,7 +4,6 @@ use super::mcap::{McapPlace, Record};
 use super::sqlite::RowPlace;
 use std::cmp::Ordering;
 
-/// Where a message is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Location {
     /// The file of the bag.
@@ -12,7 +11,6 @@ pub(crate) struct Location {
     pub(super) within: Within,
 }
 
-/// Where in its file a message is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Within {
     Mcap(McapPlace),
@@ -56,7 +54,6 @@ impl Location {
         }
     }
 
-    /// Bytes of that.
     pub(crate) fn record_bytes(&self) -> u64 {
         match self.within {
             Within::Mcap(place) => place.record_bytes,

@@ -2,6 +2,7 @@
 
 use super::basics::Channel;
 use super::location::{Location, Within};
+use super::mcap::Heads;
 use super::store::{Bag, BagFound, FileKind, Message};
 use super::{mcap, sqlite};
 use crate::LogError;
@@ -43,13 +44,10 @@ impl PartFound {
 
 impl Bag {
     /// Hands over what is known of every message without its body: channel, time it was recorded, place.
-    ///
-    /// # Errors
-    /// When a file cannot be read.
     pub(crate) fn index(&self, each: &mut dyn FnMut(&Channel, u64, Location)) -> Result<BagIndex, LogError> {
         let mut known = Vec::new();
-        let (mut unindexed_chunks, mut learnt_chunks, mut loose_messages, mut unnamed_messages) =
-            (0, 0, 0, 0);
+        // As in the notes below: chunks without an index, chunks learnt from, messages outside chunks, messages in no index.
+        let mut counts = [0; 4];
         let bag_found = self.each_file(&mut |file, path, kind, topics| {
             let mut take = |channel: &Channel, log_time_ns: u64, within: Within| {
                 topics.count(channel, log_time_ns);
@@ -64,45 +62,25 @@ impl Bag {
             let heads = mcap::read_heads(path, &self.count, &mut |channel, time, place, _| {
                 take(channel, time, Within::Mcap(place));
             })?;
-            unindexed_chunks += heads.unindexed_chunks;
-            learnt_chunks += heads.learnt_chunks;
-            loose_messages += heads.loose_messages;
-            unnamed_messages += heads.unnamed_messages;
+            let Heads { unindexed_chunks, learnt_chunks, loose_messages, unnamed_messages, .. } = heads.heads;
+            let more = [unindexed_chunks, learnt_chunks, loose_messages, unnamed_messages];
+            counts.iter_mut().zip(more).for_each(|(count, more)| *count += more);
             known.push(Known::Mcap { channels: heads.channels, bytes: heads.found.bytes });
             Ok(heads.found)
         })?;
-        let mut notes = Vec::new();
-        if unindexed_chunks > 0 {
-            notes.push(format!(
-                "{unindexed_chunks} chunks have no message index and were read to find their scans: `mcap recover IN.mcap -o OUT.mcap` writes a file that has them"
-            ));
-        }
-        if learnt_chunks > 0 {
-            notes.push(format!(
-                "{} chunks were read to learn what is in them: there is no summary",
-                thousands(learnt_chunks)
-            ));
-        }
-        if loose_messages > 0 {
-            notes.push(format!(
-                "{} messages lie outside chunks, without a checksum of their own: that of all data is compared only where the whole log is read",
-                thousands(loose_messages)
-            ));
-        }
-        if unnamed_messages > 0 {
-            notes.push(format!(
-                "{} messages that the summary counts are in no index: what they are shows only where the whole log is read",
-                thousands(unnamed_messages)
-            ));
-        }
+        let notes = [
+            "chunks have no message index and were read to find their scans: `mcap recover IN.mcap -o OUT.mcap` writes a file that has them",
+            "chunks were read to learn what is in them: there is no summary",
+            "messages lie outside chunks, without a checksum of their own: that of all data is compared only where the whole log is read",
+            "messages that the summary counts are in no index: what they are shows only where the whole log is read",
+        ];
+        let notes = counts.iter().zip(notes).filter(|(count, _)| **count > 0);
+        let notes = notes.map(|(&count, note)| format!("{} {note}", thousands(count))).collect();
         Ok(BagIndex { bag_found, notes, known })
     }
 
     /// Reads what the messages at these places lie in, each once and nothing else, and hands over every message
     /// that is met there. `wanted` is in the order of the bag.
-    ///
-    /// # Errors
-    /// When a file cannot be read, or has another length than it had for the index.
     pub(crate) fn read_part(
         &self,
         index: &BagIndex,

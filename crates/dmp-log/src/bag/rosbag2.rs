@@ -70,7 +70,6 @@ fn named_files(folder: &Path, path: &Path) -> Result<Vec<PathBuf>, LogError> {
     metadata.files.iter().map(found).collect()
 }
 
-/// What is used of the metadata.
 #[derive(Debug, Default, PartialEq, Eq)]
 struct Metadata {
     /// Line and name of each file, in order.

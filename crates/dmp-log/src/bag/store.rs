@@ -15,7 +15,6 @@ use std::path::{Path, PathBuf};
 pub(crate) struct Message<'a> {
     pub(crate) channel: &'a Channel,
     pub(crate) location: Location,
-    /// When it was recorded.
     pub(crate) log_time_ns: u64,
     pub(crate) body: &'a [u8],
 }
@@ -42,7 +41,6 @@ pub(crate) struct Bag {
 pub(crate) struct BagFound {
     pub(crate) topics: Topics,
     pub(crate) damage: Vec<Damage>,
-    /// Bytes of all files.
     pub(crate) bytes: u64,
     /// Whether messages were read that no checksum guards.
     pub(crate) unguarded: bool,
@@ -68,10 +66,6 @@ impl Bag {
 
     /// The bag in a folder: the files that its `metadata.yaml` names, or its only `.mcap` or `.db3` file;
     /// `None` where there is neither.
-    ///
-    /// # Errors
-    /// When the metadata cannot be read, names a file that is not there, or says that the files are packed;
-    /// and when there are several files and no metadata.
     pub(crate) fn of_folder(path: &Path) -> Result<Option<Self>, LogError> {
         let Some(files) = rosbag2::files_of(path)? else { return Ok(None) };
         let kind_of = |file: PathBuf| {
@@ -87,7 +81,6 @@ impl Bag {
         &self.path
     }
 
-    /// Its format.
     pub(crate) fn format(&self) -> crate::LogFormat {
         match self.files.first() {
             Some((_, FileKind::Sqlite)) => crate::LogFormat::Rosbag2Sqlite,
@@ -98,9 +91,6 @@ impl Bag {
 
     /// Hands over every message that can be read, in the order of the files. Only the operating system makes
     /// it fail: whatever is wrong with the bytes is damage.
-    ///
-    /// # Errors
-    /// When a file cannot be read.
     pub(crate) fn read_whole(&self, each: &mut dyn FnMut(Message<'_>)) -> Result<BagFound, LogError> {
         self.each_file(&mut |file, path, kind, topics| {
             let mut take = |channel: &Channel, log_time_ns: u64, within: Within, body: &[u8]| {

@@ -34,12 +34,10 @@ impl Topics {
         }
     }
 
-    /// Every channel, by topic.
     pub(crate) fn channels(&self) -> impl Iterator<Item = &Channel> {
         self.by_channel.keys()
     }
 
-    /// Every topic, by name.
     pub(crate) fn infos(&self) -> Vec<TopicInfo> {
         let info = |(channel, seen): (&Channel, &Seen)| {
             let message_type = match channel.message_type.as_str() {

@@ -3,7 +3,7 @@
 use super::log::BagLog;
 use crate::bag::{BagReader, Location};
 use crate::damage::DamageList;
-use crate::points::{FieldExtremes, TimeChoice, choose_time, odd_times, time_fields};
+use crate::points::{FieldExtremes, TimeChoice, choose_time, no_field, odd_times, time_fields};
 use crate::{Damage, LogError, LogOptions};
 
 /// What a few scans of a log have in each of the fields that may hold times.
@@ -85,20 +85,14 @@ impl BagLog {
 
     /// Takes the times of points to be what was found, and gives up the scans that lack them.
     pub(super) fn take_time(&mut self, choice: TimeChoice) {
-        self.summary.point_times = Some(choice.words.clone());
-        self.summary.middle_ns = choice.middle_ns;
-        self.summary.sweep_ns = choice.sweep_ns;
+        self.summary.take_time(&choice);
         let (layouts, mut damage) = (&self.topic.layouts, DamageList::default());
         self.topic.entries.retain(|entry| {
             let layout = layouts.get(entry.layout as usize);
             let kept =
                 entry.returns == 0 || layout.is_some_and(|layout| layout.field(&choice.field).is_some());
             if !kept {
-                let what = format!(
-                    "no field `{}`, which the log's first scan has; the scan is skipped",
-                    choice.field
-                );
-                damage.push(Damage::new(entry.in_words(), what));
+                damage.push(Damage::new(entry.in_words(), no_field(&choice.field)));
             }
             kept
         });
@@ -106,7 +100,6 @@ impl BagLog {
         self.time = Some(choice);
     }
 
-    /// Adds what is not known already.
     pub(super) fn add_damage(&mut self, damage: Vec<Damage>) {
         let known = &mut self.summary.damage;
         for lost in damage {

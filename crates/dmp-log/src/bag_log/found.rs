@@ -12,7 +12,6 @@ use std::collections::BTreeMap;
 #[derive(Debug, Default)]
 pub(super) struct FoundFrames {
     pub(super) frames: StaticFrames,
-    /// Messages that are broken.
     pub(super) damage: DamageList,
 }
 
@@ -22,7 +21,6 @@ pub(super) fn frames_coding(channel: &Channel) -> Option<PoseCoding> {
 }
 
 impl FoundFrames {
-    /// Takes in a message, if it has frames.
     pub(super) fn take(&mut self, message: &Message<'_>) {
         if let Some(coding) = frames_coding(message.channel)
             && let Err(problem) = self.frames.add_message(coding, message.body)

@@ -18,9 +18,6 @@ impl BagLog {
     }
 
     /// The log at `path`, which has this `summary`.
-    ///
-    /// # Errors
-    /// When it is another one.
     pub(crate) fn of_scans(scans: &BagScans, path: &Path, summary: &LogSummary) -> Result<Self, LogError> {
         let bag = scans.bag.open(path)?;
         let found = bag.fingerprint()?;
@@ -32,9 +29,6 @@ impl BagLog {
     }
 
     /// The log of which no file is there: its scans are known and cannot be read.
-    ///
-    /// # Errors
-    /// When the index is none.
     pub(crate) fn unopened(scans: &BagScans, summary: &LogSummary) -> Result<Self, LogError> {
         Self::of_bag(scans.bag.at(&summary.path), scans, summary)
     }

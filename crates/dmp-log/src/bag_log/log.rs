@@ -74,7 +74,6 @@ impl ScanLog for BagLog {
     }
 }
 
-/// Reads scans of a [`BagLog`].
 #[derive(Debug)]
 struct BagScanReader<'a> {
     log: &'a BagLog,
@@ -82,7 +81,6 @@ struct BagScanReader<'a> {
 }
 
 impl BagLog {
-    /// Reads the message of a scan.
     pub(super) fn with_cloud(
         &self,
         bag: &mut BagReader<'_>,

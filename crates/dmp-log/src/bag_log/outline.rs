@@ -10,7 +10,7 @@ use crate::frame_info::median_step_ns;
 use crate::frames::STATIC_TOPIC;
 use crate::points::{TimeChoice, frames_to_look_at};
 use crate::ros::ScanCoding;
-use crate::{Damage, FieldInfo, LogError, LogOptions, LogSummary, MemoryLog, StaticFrames};
+use crate::{Damage, LogError, LogOptions, LogSummary, MemoryLog, StaticFrames};
 use dmp_lengths::thousands;
 use dmp_sensor::Scan;
 use std::collections::{BTreeMap, BTreeSet};
@@ -33,32 +33,20 @@ pub(crate) struct BagOutline {
     scans: Vec<Promised>,
     /// Messages with frames that do not move.
     frames_at: Vec<Location>,
-    whole: Whole,
-    /// The summary of the log; returns are not known.
-    summary: LogSummary,
-    notes: Vec<String>,
+    /// What holds for the whole log, wherever a part of it lies; returns are not known.
+    pub(crate) summary: LogSummary,
+    time: Option<TimeChoice>,
+    /// As far as they lie in few bytes.
+    pub(crate) static_frames: StaticFrames,
     /// What is added to the time a scan was recorded for its stamp, and how far that is off at most.
     stamp_after_log_ns: i64,
-    stamp_error_ns: i64,
+    pub(crate) stamp_error_ns: i64,
 }
 
-/// A scan as the index has it.
 #[derive(Debug, Clone, Copy)]
 struct Promised {
     location: Location,
     log_time_ns: Option<i64>,
-}
-
-/// What holds for the whole log, wherever a part of it lies.
-#[derive(Debug, Default)]
-struct Whole {
-    frame_id: Option<String>,
-    fields: Vec<FieldInfo>,
-    point_bytes: u32,
-    period_ns: Option<i64>,
-    time: Option<TimeChoice>,
-    /// As far as they lie in few bytes.
-    static_frames: StaticFrames,
 }
 
 /// Takes a scan as it is met: its number in the log, its coding, its bytes.
@@ -91,19 +79,18 @@ impl BagOutline {
         scans.dedup_by(|a, b| a.location.compare(&b.location).is_eq());
         notes.extend(index.notes.iter().cloned());
         let frames_at = few_records(frames_at, around.bytes, &mut notes);
-        let (whole, stamp_after_log_ns, stamp_error_ns) = (Whole::default(), 0, 0);
-        let summary = BagLog::undecided(&around, name.clone(), TopicIndex::default(), Vec::new()).summary;
+        let summary = BagLog::undecided(&around, name.clone(), TopicIndex::default(), notes).summary;
         let mut outline = Self {
             around,
             index,
             name,
             scans,
             frames_at,
-            whole,
             summary,
-            notes,
-            stamp_after_log_ns,
-            stamp_error_ns,
+            time: None,
+            static_frames: StaticFrames::default(),
+            stamp_after_log_ns: 0,
+            stamp_error_ns: 0,
         };
         outline.look(options)?;
         Ok(outline)
@@ -132,11 +119,10 @@ impl BagOutline {
         let frames = of_whole.into_iter().map(frame_of).collect::<Option<Vec<usize>>>();
         let frames =
             frames.unwrap_or_else(|| frames_to_look_at(few.frames.iter().map(|frame| frame.returns)));
-        few.summary.notes = std::mem::take(&mut self.notes);
+        few.summary.notes = std::mem::take(&mut self.summary.notes);
         few.decide_time(options, period_ns, frames)?;
         let mut few = few.finish()?;
-        self.notes = std::mem::take(&mut few.summary.notes);
-        self.notes.push(format!(
+        few.summary.notes.push(format!(
             "{} of {} scans were looked at to outline the log",
             thousands(numbers.len()),
             thousands(count)
@@ -145,22 +131,10 @@ impl BagOutline {
         // They are known now, and need not be read again for every part.
         self.frames_at.clear();
         let stamps_ns = || self.stamps_ns().flatten();
-        let summary = LogSummary {
-            returns: 0,
-            span_ns: stamps_ns().min().zip(stamps_ns().max()),
-            period_ns,
-            notes: self.notes.clone(),
-            ..few.summary
-        };
-        self.whole = Whole {
-            frame_id: summary.frame_id.clone(),
-            fields: summary.fields.clone(),
-            point_bytes: summary.point_bytes,
-            period_ns,
-            time: few.time,
-            static_frames: Arc::unwrap_or_clone(few.static_frames),
-        };
-        self.summary = summary;
+        let span_ns = stamps_ns().min().zip(stamps_ns().max());
+        self.summary = LogSummary { returns: 0, span_ns, period_ns, ..few.summary };
+        self.time = few.time;
+        self.static_frames = Arc::unwrap_or_clone(few.static_frames);
         Ok(())
     }
 
@@ -203,7 +177,6 @@ impl BagOutline {
         self.scans.iter().map(stamp_ns)
     }
 
-    /// Every scan that the index names.
     pub(crate) fn scans(&self) -> Vec<OutlinedScan> {
         let groups = self.scans.chunk_by(|a, b| a.location.record() == b.location.record());
         let grouped = groups.enumerate().flat_map(|(k, group)| group.iter().map(move |scan| (k, scan)));
@@ -215,44 +188,14 @@ impl BagOutline {
         grouped.zip(self.stamps_ns()).map(outlined).collect()
     }
 
-    /// Bytes of the whole bag.
-    pub(crate) fn bytes(&self) -> u64 {
-        self.around.bytes
-    }
-
     pub(crate) fn bytes_read(&self) -> Option<u64> {
         self.around.bag.bytes_read()
-    }
-
-    pub(crate) fn stamp_error_ns(&self) -> i64 {
-        self.stamp_error_ns
-    }
-
-    pub(crate) fn whole_period_ns(&self) -> Option<i64> {
-        self.whole.period_ns
-    }
-
-    pub(crate) fn notes(&self) -> &[String] {
-        &self.notes
-    }
-
-    pub(crate) fn damage(&self) -> &[Damage] {
-        &self.around.damage
-    }
-
-    /// The summary of the log; returns are not known.
-    pub(crate) fn summary(&self) -> &LogSummary {
-        &self.summary
-    }
-
-    pub(crate) fn static_frames(&self) -> &StaticFrames {
-        &self.whole.static_frames
     }
 
     /// Reads some scans, numbers ascending, what they lie in once, and keeps them.
     pub(crate) fn load(&self, wanted: &[usize]) -> Result<MemoryLog, LogError> {
         let mut scans = BTreeMap::new();
-        let time = self.whole.time.as_ref();
+        let time = self.time.as_ref();
         let log = self.part_with(wanted, &mut |number, coding, body| {
             // One that is broken is reported where all are taken in.
             if let Ok(cloud) = coding.parse(body) {
@@ -264,23 +207,22 @@ impl BagOutline {
         Ok(MemoryLog::part_of(&log, &mut |number| scans.remove(&number)))
     }
 
-    /// Opens some scans, numbers ascending.
     pub(crate) fn part(&self, wanted: &[usize]) -> Result<BagLog, LogError> {
         self.part_with(wanted, &mut |_, _, _| ())?.if_any()
     }
 
     fn part_with(&self, wanted: &[usize], meet: &mut Meet<'_>) -> Result<BagLog, LogError> {
         let mut log = self.read(wanted, meet)?;
-        log.summary.notes.splice(0..0, self.notes.iter().cloned());
-        if let Some(time) = &self.whole.time {
+        log.summary.notes.splice(0..0, self.summary.notes.iter().cloned());
+        if let Some(time) = &self.time {
             log.take_time(time.clone());
         }
         log.describe();
-        log.summary.fields.clone_from(&self.whole.fields);
-        log.summary.point_bytes = self.whole.point_bytes;
+        log.summary.fields.clone_from(&self.summary.fields);
+        log.summary.point_bytes = self.summary.point_bytes;
         // What was met is better than the index, if everything was to be met.
         if wanted.len() < self.scans.len() {
-            log.summary.period_ns = self.whole.period_ns;
+            log.summary.period_ns = self.summary.period_ns;
             let [opened, all] = [log.frames.len(), self.scans.len()].map(thousands);
             log.summary.notes.push(format!("{opened} of {all} scans opened, by the index of the log"));
         }
@@ -292,10 +234,10 @@ impl BagOutline {
         let places = wanted.iter().filter_map(|&number| self.scans.get(number)).map(|scan| scan.location);
         let mut places: Vec<Location> = places.chain(self.frames_at.iter().copied()).collect();
         places.sort_by(Location::compare);
-        let mut topic = TopicIndex { frame_id: self.whole.frame_id.clone(), ..TopicIndex::default() };
+        let mut topic = TopicIndex { frame_id: self.summary.frame_id.clone(), ..TopicIndex::default() };
         let (mut frames, mut met, mut unnamed) = (FoundFrames::default(), BTreeSet::new(), 0);
         let mut other_times = Vec::new();
-        frames.frames.clone_from(&self.whole.static_frames);
+        frames.frames.clone_from(&self.static_frames);
         let mut part = self.around.bag.read_part(&self.index, &places, &mut |message| {
             frames.take(&message);
             let Some(coding) = ScanCoding::of(message.channel) else { return };

@@ -24,9 +24,6 @@ struct IndexedScan(i64, u64, u32, u64, IndexedPlace);
 
 impl BagScans {
     /// Those of a bag that was opened whole.
-    ///
-    /// # Errors
-    /// When a file of the bag is gone.
     pub(super) fn of(bag: &Bag, time: Option<TimeChoice>, entries: &[Entry]) -> Result<Self, LogError> {
         let mut codings: Vec<ScanCoding> = Vec::new();
         let mut scans = Vec::with_capacity(entries.len());
@@ -43,9 +40,6 @@ impl BagScans {
     }
 
     /// The scans of the bag.
-    ///
-    /// # Errors
-    /// When one lies in a file that the bag has not, or has no coding.
     pub(super) fn entries(&self, bag: &Bag) -> Result<Vec<Entry>, LogError> {
         let entry = |scan: &IndexedScan| {
             let IndexedScan(stamp_ns, returns, coding, message, place) = *scan;

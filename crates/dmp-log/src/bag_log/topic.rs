@@ -9,14 +9,12 @@ use crate::ros::ScanCoding;
 /// Layouts, the last ones, that a new message's is compared with.
 const COMPARED_LAYOUTS: usize = 16;
 
-/// A scan of a topic.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Entry {
     pub(super) location: Location,
     pub(super) coding: ScanCoding,
     pub(super) stamp_ns: i64,
     pub(super) returns: u64,
-    /// Its place among the topic's layouts.
     pub(super) layout: u32,
     /// Its number among the topic's messages.
     pub(super) message: u64,
@@ -29,7 +27,6 @@ impl Entry {
     }
 }
 
-/// The scans of one topic.
 #[derive(Debug, Clone, Default)]
 pub(super) struct TopicIndex {
     pub(super) entries: Vec<Entry>,

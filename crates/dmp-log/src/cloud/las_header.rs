@@ -30,10 +30,8 @@ pub(crate) enum GpsTime {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct LasHeader {
     pub(crate) points: u64,
-    /// The point format, without the bits that mark compression.
     pub(crate) format: u8,
     pub(crate) record_bytes: u16,
-    /// Where the points begin.
     pub(crate) data_at: u64,
     /// What a step of x, y and z is, and where they begin.
     pub(super) scales_offsets: [(f64, f64); 3],

@@ -79,9 +79,6 @@ impl LasPoints {
     }
 
     /// The next points, at most `wanted` and at most 65,536, at least one.
-    ///
-    /// # Errors
-    /// When there is none, or when they cannot be decoded. What comes after them can be read nevertheless.
     pub(crate) fn read(&mut self, wanted: u64) -> Result<&PointData, LogError> {
         let wanted = wanted.min(BATCH as u64).min(self.header.points.saturating_sub(self.next));
         if wanted == 0 {

@@ -8,20 +8,11 @@ use std::io::BufRead;
 
 const MAX_HEADER_LINES: u64 = 10_000;
 
-/// The order of a file's bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Encoding {
     Ascii,
     LittleEndian,
     BigEndian,
-}
-
-/// A coordinate: its column, its first byte, and whether it is a double.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Coordinate {
-    pub(crate) column: usize,
-    pub(crate) offset: usize,
-    pub(crate) double: bool,
 }
 
 /// What the header says of the vertices, and what comes after them.
@@ -36,7 +27,7 @@ pub(crate) struct PlyHeader {
     pub(crate) before: Vec<(u64, u64)>,
     pub(crate) vertices: u64,
     pub(crate) vertex_bytes: usize,
-    pub(crate) xyz: [Coordinate; 3],
+    pub(crate) xyz: [(usize, Field); 3],
     /// Every property of a vertex, in order: its name, and its place in binary rows.
     pub(crate) named: Vec<(String, Field)>,
     /// Elements behind the vertices.
@@ -60,6 +51,7 @@ pub(crate) enum PlyProperty {
     List { name: String, count: String, item: String },
 }
 
+#[derive(Default)]
 struct Element {
     properties: Vec<PlyProperty>,
     name: String,
@@ -67,7 +59,7 @@ struct Element {
     bytes: u64,
     named: Vec<(String, Field)>,
     list: Option<String>,
-    xyz: [Option<Coordinate>; 3],
+    xyz: [Option<(usize, Field)>; 3],
     line: u64,
 }
 
@@ -102,16 +94,7 @@ pub(crate) fn read_header(input: &mut impl BufRead) -> Result<PlyHeader, ParseEr
                 let rows =
                     rows.parse().map_err(|_| wrong(format!("`{}` is no count of rows", shorten(rows))))?;
                 let name = (*name).to_owned();
-                elements.push(Element {
-                    name,
-                    rows,
-                    bytes: 0,
-                    named: Vec::new(),
-                    properties: Vec::new(),
-                    list: None,
-                    xyz: [None; 3],
-                    line: number,
-                });
+                elements.push(Element { name, rows, line: number, ..Element::default() });
             }
             ["property", definition @ ..] => {
                 let Some(element) = elements.last_mut() else {
@@ -154,8 +137,7 @@ fn add_property(element: &mut Element, definition: &[&str]) -> Result<(), String
                 if !number.is_float() {
                     return Err(format!("property `{name}` is {kind}, not float or double"));
                 }
-                let (column, offset) = (element.named.len(), element.bytes as usize);
-                *axis = Some(Coordinate { column, offset, double: number == NumberType::F64 });
+                *axis = Some((element.named.len(), Field { offset: element.bytes as usize, kind: number }));
             }
             let bytes = u64::from(number.bytes());
             element.properties.push(PlyProperty::Scalar { bytes });
@@ -167,8 +149,7 @@ fn add_property(element: &mut Element, definition: &[&str]) -> Result<(), String
     }
 }
 
-/// A type by its name, old or new.
-fn kind_of(name: &str) -> Option<NumberType> {
+pub(crate) fn kind_of(name: &str) -> Option<NumberType> {
     Some(match name {
         "char" | "int8" => NumberType::I8,
         "uchar" | "uint8" => NumberType::U8,

@@ -1,10 +1,9 @@
 //! Which camera took the images, and how far one unit of theirs is.
 
-use super::camera_numbers::{CameraNumbers, distortion_of};
 use super::found::Layout;
 use crate::decimal::shorten;
 use crate::text::read_text;
-use crate::{LogError, LogOptions, LogSetting, PlaceInFile, shown_path};
+use crate::{LogError, PlaceInFile, shown_path};
 use dmp_sensor::{Distortion, PinholeCamera};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -16,6 +15,14 @@ const USUAL_SIZE_PX: [u32; 2] = [640, 480];
 
 /// What an intrinsic matrix must be.
 const COLUMNS: &str = "nine numbers column by column, [fx, 0, 0, 0, fy, 0, cx, cy, 1]";
+
+/// The numbers of a pinhole camera, but for the size of its images.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct CameraNumbers {
+    focal_px: [f64; 2],
+    centre_px: [f64; 2],
+    distortion: Distortion,
+}
 
 /// What a `camera.json` says.
 #[derive(Debug, Clone, PartialEq)]
@@ -72,67 +79,65 @@ fn parse(bytes: &[u8]) -> Result<([u32; 2], CameraNumbers, Option<f64>), String>
     Ok((size_px, CameraNumbers { focal_px, centre_px, distortion }, units_per_m))
 }
 
+/// The distortion of k1, k2, p1, p2 and perhaps k3.
+fn distortion_of(numbers: &[f64]) -> Option<Distortion> {
+    let (k1, k2, p1, p2, k3) = match *numbers {
+        [k1, k2, p1, p2] => (k1, k2, p1, p2, 0.0),
+        [k1, k2, p1, p2, k3] => (k1, k2, p1, p2, k3),
+        _ => return None,
+    };
+    Some(Distortion { radial: [k1, k2, k3], tangential: [p1, p2] })
+}
+
 /// Whether a number can be units per metre.
 pub(crate) fn is_scale(units_per_m: f64) -> bool {
     units_per_m.is_finite() && units_per_m > 0.0
 }
 
-/// The camera and the units per metre of a log of images of `size_px`: as the options say, else as the file beside
-/// the images does, else as the layout usually has them. Notes say which.
+/// The camera and the units per metre of a log of images of `size_px`: as the file beside the images says, else as the
+/// layout usually has them. Notes say which.
 pub(super) fn choose(
     folder: &Path,
     layout: Layout,
     size_px: [u32; 2],
     file: Option<&CameraFile>,
-    options: &LogOptions,
     notes: &mut Vec<String>,
 ) -> Result<(PinholeCamera, f64), LogError> {
     let [width, height] = size_px;
-    let of_file = |what: &CameraFile| shown_path(&what.path);
-    let (numbers, whence) = match (options.camera, file, layout.usual_camera()) {
-        (Some(given), _, _) => (given, "as given".to_owned()),
-        (None, Some(file), _) => (file.numbers, format!("from {}", of_file(file))),
-        (None, None, Some(focal_px)) if size_px == USUAL_SIZE_PX => {
-            (CameraNumbers::without_lens(focal_px), format!("guessed: usual for {}", layout.words()))
+    let option = |problem: String| LogError::Option { path: folder.into(), problem };
+    let from_file = |file: &CameraFile| format!("from {}", shown_path(&file.path));
+    let guessed = format!("guessed: usual for {}", layout.usual().words);
+    let (numbers, whence) = match (file, layout.usual().focal_px) {
+        (Some(file), _) => (file.numbers, from_file(file)),
+        (None, Some(focal_px)) if size_px == USUAL_SIZE_PX => {
+            let (centre_px, distortion) = ([319.5, 239.5], Distortion::NONE);
+            (CameraNumbers { focal_px, centre_px, distortion }, guessed.clone())
         }
-        (None, None, _) => {
-            let problem = format!(
-                "images of {width} x {height} pixels and no camera.json: say which camera they are from,"
-            );
-            let form = "FX,FY,CX,CY[,K1,K2,P1,P2[,K3]]";
-            return Err(LogError::missing(folder, problem, LogSetting::Camera, form));
+        (None, _) => {
+            return Err(option(format!(
+                "images of {width} x {height} pixels: a camera.json beside them must say which camera they are from"
+            )));
         }
     };
     let CameraNumbers { focal_px, centre_px, distortion } = numbers;
-    let camera = PinholeCamera::new(size_px, focal_px, centre_px, distortion).map_err(|e| match file {
-        Some(file) if options.camera.is_none() => {
-            LogError::malformed(&file.path, PlaceInFile::WholeFile, e.to_string())
-        }
-        _ => LogError::setting(folder, LogSetting::Camera, numbers, format!("makes no camera: {e}")),
+    let camera = PinholeCamera::new(size_px, focal_px, centre_px, distortion).map_err(|e| {
+        LogError::malformed(file.map_or(folder, |file| &file.path), PlaceInFile::WholeFile, e.to_string())
     })?;
-    notes.push(format!("camera of {width} x {height} pixels, {}, {whence}", in_words(&numbers)));
-    let scale_of_file = file.and_then(|file| Some((file.units_per_m?, file)));
-    let (units_per_m, whence) = match (options.depth_units_per_m, scale_of_file, layout.usual_units_per_m()) {
-        (Some(given), _, _) => (given, "as given".to_owned()),
-        (None, Some((units, file)), _) => (units, format!("from {}", of_file(file))),
-        (None, None, Some(usual)) => (usual, format!("guessed: usual for {}", layout.words())),
-        (None, None, None) => {
-            let problem = "nothing says what a unit of depth is: say how many are a metre,";
-            return Err(LogError::missing(folder, problem, LogSetting::DepthUnits, "UNITS"));
-        }
-    };
-    if !is_scale(units_per_m) {
-        let problem = "makes no sense: it must be units per metre, more than 0";
-        return Err(LogError::setting(folder, LogSetting::DepthUnits, units_per_m, problem));
-    }
+    let ([fx, fy], [cx, cy]) = (focal_px, centre_px);
+    let lens = if distortion == Distortion::NONE { "without" } else { "with" };
+    notes.push(format!(
+        "camera of {width} x {height} pixels, fx {fx}, fy {fy}, cx {cx}, cy {cy}, {lens} distortion, {whence}"
+    ));
+    let of_file = file.and_then(|file| Some((file.units_per_m?, from_file(file))));
+    let of_layout = || Some((layout.usual().units_per_m?, guessed));
+    let (units_per_m, whence) = of_file.or_else(of_layout).ok_or_else(|| {
+        option(
+            "a camera.json beside the images must say how many units of depth are a metre, as depth_scale"
+                .into(),
+        )
+    })?;
     notes.push(format!("{units_per_m} units of depth a metre, {whence}"));
     Ok((camera, units_per_m))
-}
-
-fn in_words(numbers: &CameraNumbers) -> String {
-    let ([fx, fy], [cx, cy]) = (numbers.focal_px, numbers.centre_px);
-    let lens = if numbers.distortion == Distortion::NONE { "without" } else { "with" };
-    format!("fx {fx}, fy {fy}, cx {cx}, cy {cy}, {lens} distortion")
 }
 
 #[cfg(test)]

@@ -22,39 +22,26 @@ pub(super) enum Layout {
     Named,
 }
 
+/// What is usual for a layout.
+pub(super) struct Usual {
+    pub(super) format: LogFormat,
+    pub(super) words: &'static str,
+    /// Focal lengths of the dataset's camera, pixels.
+    pub(super) focal_px: Option<[f64; 2]>,
+    pub(super) units_per_m: Option<f64>,
+}
+
 impl Layout {
-    pub(super) fn of_log(self) -> LogFormat {
-        match self {
-            Self::Tum => LogFormat::TumRgbd,
-            Self::Icl => LogFormat::IclNuim,
-            Self::Numbered | Self::Named => LogFormat::DepthFolder,
-        }
-    }
-
-    pub(super) fn words(self) -> &'static str {
-        match self {
-            Self::Tum => "TUM RGB-D",
-            Self::Icl => "ICL-NUIM",
-            Self::Numbered => "Redwood and Augmented ICL-NUIM",
-            Self::Named => "no dataset",
-        }
-    }
-
-    /// Focal lengths of the dataset's camera, pixels, where there is one.
-    pub(super) fn usual_camera(self) -> Option<[f64; 2]> {
-        match self {
-            Self::Tum | Self::Numbered => Some([525.0, 525.0]),
-            Self::Icl => Some([481.2, -480.0]),
-            Self::Named => None,
-        }
-    }
-
-    pub(super) fn usual_units_per_m(self) -> Option<f64> {
-        match self {
-            Self::Tum | Self::Icl => Some(5000.0),
-            Self::Numbered => Some(1000.0),
-            Self::Named => None,
-        }
+    pub(super) fn usual(self) -> Usual {
+        let (format, words, focal_px, units_per_m) = match self {
+            Self::Tum => (LogFormat::TumRgbd, "TUM RGB-D", Some([525.0; 2]), Some(5000.0)),
+            Self::Icl => (LogFormat::IclNuim, "ICL-NUIM", Some([481.2, -480.0]), Some(5000.0)),
+            Self::Numbered => {
+                (LogFormat::DepthFolder, "Redwood and Augmented ICL-NUIM", Some([525.0; 2]), Some(1000.0))
+            }
+            Self::Named => (LogFormat::DepthFolder, "no dataset", None, None),
+        };
+        Usual { format, words, focal_px, units_per_m }
     }
 }
 
@@ -79,9 +66,6 @@ pub(super) struct FoundImage {
 
 impl FoundImages {
     /// The images that a list in `path` names; `None` where there is no list, or none in it.
-    ///
-    /// # Errors
-    /// When the list breaks its format.
     pub(crate) fn listed(path: &Path) -> Result<Option<Self>, LogError> {
         let Some((list, mut listed)) = list::find(path)? else { return Ok(None) };
         if listed.is_empty() {
@@ -93,15 +77,13 @@ impl FoundImages {
         }
         let image =
             |listed: Listed| FoundImage { path: path.join(listed.path), stamp_ns: Some(listed.stamp_ns) };
-        let notes = vec![format!("images and stamps from {}, read as {}", shown_path(&list), layout.words())];
+        let notes =
+            vec![format!("images and stamps from {}, read as {}", shown_path(&list), layout.usual().words)];
         let images = listed.into_iter().map(image).collect();
         Ok(Some(Self { folder: path.into(), layout, images, camera_file: camera_file(path, path)?, notes }))
     }
 
     /// The PNGs in `path`, its `depth/` or its only other folder with `depth` in its name; `None` where there are none.
-    ///
-    /// # Errors
-    /// When a folder cannot be read, and when several could hold the images.
     pub(crate) fn in_folder(path: &Path) -> Result<Option<Self>, LogError> {
         for place in [path.join("depth"), path.to_owned()] {
             if place.is_dir() && !pngs(&place)?.is_empty() {
@@ -121,7 +103,6 @@ impl FoundImages {
         }
     }
 
-    /// How many there are.
     pub(crate) fn len(&self) -> usize {
         self.images.len()
     }
@@ -141,7 +122,7 @@ impl FoundImages {
             Layout::Numbered | Layout::Named => "no stamps",
         };
         let mut notes = vec![order.replace("scans", "images")];
-        notes.push(format!("images in {} read as {}: {stamps}", shown_path(place), layout.words()));
+        notes.push(format!("images in {} read as {}: {stamps}", shown_path(place), layout.usual().words));
         let stamp = |k: usize| stamps_ns.as_ref().and_then(|stamps_ns| stamps_ns.get(k).copied());
         let image = |(k, path): (usize, PathBuf)| FoundImage { path, stamp_ns: stamp(k) };
         let images = files.into_iter().enumerate().map(image).collect();

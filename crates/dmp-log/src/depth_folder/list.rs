@@ -27,7 +27,6 @@ pub(super) fn find(folder: &Path) -> Result<Option<(PathBuf, Vec<Listed>)>, LogE
     Ok(None)
 }
 
-/// An image of a list.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Listed {
     pub(super) stamp_ns: i64,

@@ -4,7 +4,7 @@ use super::camera::{self, CameraFile};
 use super::found::{FoundImage, FoundImages};
 use super::image::{DecodingProblem, read_head, read_values};
 use crate::damage::{DamageList, first_in_words};
-use crate::frame_info::{of_frame, runs_of_eight};
+use crate::frame_info::of_frame;
 use crate::reads::{CountedFile, KnownFile, ReadCount};
 use crate::{
     Damage, FieldInfo, FieldMeaning, FrameInfo, LogError, LogIndex, LogOptions, LogSetting, LogSummary,
@@ -12,7 +12,6 @@ use crate::{
 };
 use dmp_sensor::{PixelBearings, Scan};
 use std::io::{BufReader, Seek};
-use std::ops::Range;
 use std::path::Path;
 
 /// A folder of depth images, each a scan.
@@ -36,7 +35,6 @@ struct Entry {
     stamp_ns: Option<i64>,
 }
 
-/// What the heads of the images say.
 #[derive(Debug, Default)]
 struct Stock {
     entries: Vec<Entry>,
@@ -48,15 +46,12 @@ struct Stock {
 }
 
 impl DepthFolder {
-    /// Reads the heads of the images.
     pub(crate) fn open(found: FoundImages, options: &LogOptions) -> Result<Self, LogError> {
         let FoundImages { folder, layout, images, camera_file, mut notes } = found;
         check_options(&folder, options)?;
         let count = ReadCount::default();
         let file = camera_file.map(CameraFile::read).transpose()?;
-        // A camera that is given takes the place of the file's, its size of image too.
-        let of_file = file.as_ref().filter(|_| options.camera.is_none());
-        let mut stock = Stock { size_px: of_file.map(|file| file.size_px), ..Stock::default() };
+        let mut stock = Stock { size_px: file.as_ref().map(|file| file.size_px), ..Stock::default() };
         for image in images {
             stock.take(image, &count)?;
         }
@@ -66,8 +61,7 @@ impl DepthFolder {
             let problem = format!("no depth image can be read{}", first_in_words(&damage));
             return Err(LogError::malformed(&folder, PlaceInFile::WholeFile, problem));
         };
-        let (camera, units_per_m) =
-            camera::choose(&folder, layout, size_px, file.as_ref(), options, &mut notes)?;
+        let (camera, units_per_m) = camera::choose(&folder, layout, size_px, file.as_ref(), &mut notes)?;
         // What the images mean depends on the camera as well.
         names.push((format!("{camera:?}, {units_per_m} units a metre"), 0));
         let info = |entry: &Entry| FrameInfo {
@@ -75,14 +69,8 @@ impl DepthFolder {
             returns: u64::from(size_px[0]) * u64::from(size_px[1]),
         };
         let frames: Vec<FrameInfo> = entries.iter().map(info).collect();
-        let depth = FieldInfo {
-            name: "depth".into(),
-            kind: "uint16",
-            offset_bytes: 0,
-            meaning: FieldMeaning::Coordinate,
-        };
         let mut summary = LogSummary {
-            fields: vec![depth],
+            fields: vec![FieldInfo::new("depth", "uint16", 0, FieldMeaning::Coordinate)],
             point_bytes: 2,
             camera: Some(camera),
             depth_units_per_m: Some(units_per_m),
@@ -90,7 +78,7 @@ impl DepthFolder {
             damage,
             fingerprint: fingerprint::of_names(names.iter().map(|(name, length)| (name.as_str(), *length))),
             bytes,
-            ..LogSummary::of(&folder, layout.of_log())
+            ..LogSummary::of(&folder, layout.usual().format)
         };
         summary.describe(&frames);
         Ok(Self {
@@ -205,16 +193,11 @@ impl ScanLog for DepthFolder {
         Ok(Some(LogIndex::whole(&self.summary, &self.options)))
     }
 
-    fn groups(&self) -> Vec<Range<usize>> {
-        runs_of_eight(self.entries.len())
-    }
-
     fn bytes_read(&self) -> Option<u64> {
         Some(self.count.bytes())
     }
 }
 
-/// Reads images of a [`DepthFolder`].
 #[derive(Debug)]
 struct DepthReader<'a> {
     log: &'a DepthFolder,

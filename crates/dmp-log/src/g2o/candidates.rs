@@ -87,25 +87,18 @@ pub fn parse_loop_candidates(bytes: &[u8], of: &PoseGraphFile) -> Result<LoopCan
     for record in records(bytes) {
         let record = record?;
         let place = record.place;
-        let found = match record.kind {
-            RecordType::Edge => seen.candidate(&record),
+        let tag = match record.kind {
             RecordType::FlatVertex | RecordType::FlatEdge => return Err(in_the_plane(place)),
-            RecordType::Vertex => {
-                others.count(super::record::VERTEX);
-                continue;
-            }
-            RecordType::Fix => {
-                others.count(super::record::FIX);
-                continue;
-            }
-            RecordType::Other(tag) => match record.check_edge_tag() {
-                Ok(()) => {
-                    others.count(tag);
-                    continue;
-                }
-                Err(error) => Err(error.into()),
-            },
+            RecordType::Edge => None,
+            RecordType::Vertex => Some(super::record::VERTEX),
+            RecordType::Fix => Some(super::record::FIX),
+            RecordType::Other(tag) => record.check_edge_tag().is_ok().then_some(tag),
         };
+        if let Some(tag) = tag {
+            others.count(tag);
+            continue;
+        }
+        let found = record.check_edge_tag().map_err(Into::into).and_then(|()| seen.candidate(&record));
         match found {
             Ok(edge) => candidates.push(Candidate { place, edge }),
             Err(fault) => skipped.push(SkippedCandidate { place, ends: record.ends(), fault }),

@@ -66,37 +66,9 @@ impl KeyframeTimes {
     }
 }
 
-/// What the lines of a file have.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Columns {
-    Stamp,
-    IdAndStamp,
-    /// `stamp tx ty tz qx qy qz qw`.
-    Tum,
-}
-
-impl Columns {
-    fn of(place: PlaceInFile, columns: &[&str]) -> Result<Self, ParseError> {
-        match columns.len() {
-            1 => Ok(Self::Stamp),
-            2 => Ok(Self::IdAndStamp),
-            8 => Ok(Self::Tum),
-            count => {
-                let problem =
-                    format!("{count} columns, expected 1 (stamp), 2 (id stamp) or 8 (a TUM trajectory)");
-                Err(ParseError::new(place, problem))
-            }
-        }
-    }
-
-    fn count(self) -> usize {
-        match self {
-            Self::Stamp => 1,
-            Self::IdAndStamp => 2,
-            Self::Tum => 8,
-        }
-    }
-}
+/// Columns of lines with an id and a stamp, and of a TUM trajectory; 1 is a stamp alone.
+const ID_AND_STAMP: usize = 2;
+const TUM: usize = 8;
 
 /// The stamp of a vertex, with the line that has it.
 #[derive(Debug, Clone, Copy)]
@@ -126,19 +98,21 @@ pub fn parse_keyframe_times(bytes: &[u8]) -> Result<KeyframeTimes, ParseError> {
 /// # Errors
 /// As [`parse_keyframe_times`].
 pub fn parse_keyframe_times_in(bytes: &[u8], unit: Option<TimeUnit>) -> Result<KeyframeTimes, ParseError> {
-    let (mut kind, mut times) = (None, Vec::new());
+    let (mut width, mut times) = (None, Vec::new());
     for (index, line) in lines(bytes).enumerate() {
         let (place, columns) = line?;
         if index == 0 && is_header(&columns) {
             continue;
         }
-        let kind = match kind {
-            Some(kind) => kind,
-            None => *kind.insert(Columns::of(place, &columns)?),
-        };
-        times.push(timed(place, &columns, kind, times.len())?);
+        let count = columns.len();
+        if width.is_none() && !matches!(count, 1 | ID_AND_STAMP | TUM) {
+            let problem =
+                format!("{count} columns, expected 1 (stamp), 2 (id stamp) or 8 (a TUM trajectory)");
+            return Err(ParseError::new(place, problem));
+        }
+        times.push(timed(place, &columns, *width.get_or_insert(count), times.len())?);
     }
-    let has_ids = kind == Some(Columns::IdAndStamp);
+    let has_ids = width == Some(ID_AND_STAMP);
     if has_ids {
         // In a stable order, so that of two lines with one id the later is the wrong one.
         times.sort_by_key(|timed| timed.id);
@@ -199,18 +173,18 @@ pub fn write_keyframe_times(out: &mut impl Write, times: &KeyframeTimes) -> io::
 fn timed<'a>(
     place: PlaceInFile,
     columns: &[&'a str],
-    kind: Columns,
+    width: usize,
     number: usize,
 ) -> Result<Timed<'a>, ParseError> {
-    if columns.len() != kind.count() {
-        let (count, others) = (columns.len(), kind.count());
-        let problem = format!("{count} columns, the lines before it have {others}: is the line cut?");
+    if columns.len() != width {
+        let count = columns.len();
+        let problem = format!("{count} columns, the lines before it have {width}: is the line cut?");
         return Err(ParseError::new(place, problem));
     }
-    if kind == Columns::Tum {
+    if width == TUM {
         numbers::<8>(place, columns, "stamp tx ty tz qx qy qz qw")?;
     }
-    let has_id = kind == Columns::IdAndStamp;
+    let has_id = width == ID_AND_STAMP;
     let id = if has_id { id_of(place, columns, 0)? } else { number as i64 };
     let stamp = columns.get(usize::from(has_id)).copied().unwrap_or_default();
     Ok(Timed { place, id, stamp })

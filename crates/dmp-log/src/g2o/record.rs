@@ -35,7 +35,6 @@ pub(crate) enum RecordType<'a> {
     Other(&'a str),
 }
 
-/// A line with data.
 #[derive(Debug)]
 pub(crate) struct Record<'a> {
     pub(crate) place: PlaceInFile,
@@ -63,7 +62,6 @@ pub(super) struct Edge {
     pub(super) information: Option<Matrix6<f64>>,
 }
 
-/// The lines with data.
 pub(crate) fn records(bytes: &[u8]) -> impl Iterator<Item = Result<Record<'_>, ParseError>> {
     lines(bytes).map(|line| {
         let (place, columns) = line?;
@@ -101,7 +99,6 @@ impl Record<'_> {
         Ok(Vertex { place, id: id_of(place, columns, 0)?, position_m, quaternion })
     }
 
-    /// The edge of a line.
     pub(super) fn edge(&self) -> Result<Edge, ParseError> {
         let Self { place, ref columns, .. } = *self;
         let information = match columns.len() {
@@ -176,7 +173,6 @@ fn kept_pose_of(
     Ok(Isometry3::from_parts(pose.translation, UnitQuaternion::new_unchecked(kept)))
 }
 
-/// The matrix of the upper triangle, row by row.
 fn symmetric(upper: [f64; 21]) -> Matrix6<f64> {
     let mut matrix = Matrix6::zeros();
     let places = (0..6).flat_map(|row| (row..6).map(move |column| (row, column)));

@@ -33,9 +33,6 @@ pub(super) fn write(message: &mut Vec<u8>, head: [u64; 4], returns: &[[u8; RETUR
 }
 
 /// Takes a message apart.
-///
-/// # Errors
-/// What is wrong with its length.
 pub(super) fn read(message: &[u8], part: &mut KeptPart) -> Result<(), String> {
     let bytes = message.len();
     let Some((head, planes)) = message.split_first_chunk::<HEAD_BYTES>() else {

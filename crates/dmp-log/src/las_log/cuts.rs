@@ -3,6 +3,7 @@
 use super::clock::gps_ns;
 use super::made_with::MadeWith;
 use crate::cloud::las_points::LasPoints;
+use crate::damage::first_in_words;
 use crate::{Damage, LogError, PlaceInFile};
 use dmp_lengths::thousands;
 use std::collections::BTreeMap;
@@ -24,7 +25,6 @@ pub(super) struct Cut {
     length_ns: i64,
     /// Where in the file its points are, among others perhaps.
     pub(super) points: Range<u64>,
-    /// How many they are.
     pub(super) returns: u64,
 }
 
@@ -35,12 +35,10 @@ impl Cut {
     }
 }
 
-/// What a pass over all points finds.
 #[derive(Debug)]
 pub(super) struct Cuts {
     /// In order of time.
     pub(super) scans: Vec<Cut>,
-    /// Points in them.
     pub(super) returns: u64,
     /// Points of those at times without a pose.
     pub(super) without_pose: u64,
@@ -123,9 +121,8 @@ impl Cuts {
             damage.push(Damage::new("the whole file", what));
         }
         let Some(origin_ns) = origin_ns else {
-            let first = damage.first().map(|first| format!("; {}: {}", first.place, first.what));
             let problem =
-                format!("no point with a time that is a number can be read{}", first.unwrap_or_default());
+                format!("no point with a time that is a number can be read{}", first_in_words(&damage));
             return Err(LogError::malformed(&path, PlaceInFile::WholeFile, problem));
         };
         let cut = |(number, met): (i64, Met)| Cut {

@@ -6,7 +6,7 @@ use super::made_with::MadeWith;
 use crate::cloud::las_header::GpsTime;
 use crate::cloud::las_points::LasPoints;
 use crate::cloud::las_units::{self, ToMetres};
-use crate::frame_info::{of_frame, runs_of_eight};
+use crate::frame_info::of_frame;
 use crate::reads::ReadCount;
 use crate::{
     FieldInfo, FieldMeaning, FrameInfo, LogError, LogFormat, LogIndex, LogOptions, LogSetting, LogSummary,
@@ -71,7 +71,7 @@ impl LasLog {
         let frames: Vec<FrameInfo> = found.scans.iter().map(info).collect();
         let field = |(name, offset_bytes): (&str, u32)| {
             let meaning = if name == "gps_time" { FieldMeaning::Time } else { FieldMeaning::Coordinate };
-            FieldInfo { name: name.to_owned(), kind: "float64", offset_bytes, meaning }
+            FieldInfo::new(name, "float64", offset_bytes, meaning)
         };
         let mut summary = LogSummary {
             fields: [("x", 0), ("y", 8), ("z", 16), ("gps_time", 24)].map(field).into(),
@@ -161,16 +161,11 @@ impl ScanLog for LasLog {
         Ok(Some(LogIndex::whole(&self.summary, &self.options)))
     }
 
-    fn groups(&self) -> Vec<Range<usize>> {
-        runs_of_eight(self.cuts.len())
-    }
-
     fn bytes_read(&self) -> Option<u64> {
         Some(self.count.bytes())
     }
 }
 
-/// Reads scans of a [`LasLog`].
 #[derive(Debug)]
 struct LasReader<'a> {
     log: &'a LasLog,

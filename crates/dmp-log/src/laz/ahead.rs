@@ -27,7 +27,6 @@ pub(super) struct Ahead {
     spare: Vec<Vec<u8>>,
 }
 
-/// A chunk that is being decoded.
 #[derive(Debug)]
 struct Coming {
     number: usize,
@@ -38,7 +37,6 @@ struct Coming {
     decoded: Option<Decoded>,
 }
 
-/// What came of a chunk.
 #[derive(Debug)]
 struct Decoded {
     records: Vec<u8>,

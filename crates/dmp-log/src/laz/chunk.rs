@@ -16,7 +16,6 @@ pub(super) enum Points {
     Layered(Box<Point14>),
 }
 
-/// A chunk that is being decoded.
 #[derive(Debug)]
 pub(super) struct OpenChunk {
     pub(super) number: usize,

@@ -20,7 +20,6 @@ const MAX_FAR_OFF: u32 = 3;
 /// A change of sequence is followed by a time in it. There are three others.
 const MAX_CHANGES: usize = 3;
 
-/// A sequence of times.
 #[derive(Debug, Clone, Copy, Default)]
 struct Sequence {
     /// The last time: the bits of a float64 in seconds.
@@ -29,7 +28,6 @@ struct Sequence {
     far_off: u32,
 }
 
-/// Decodes times.
 #[derive(Debug)]
 pub(super) struct GpsTimes {
     after_no_step: SymbolModel,
@@ -43,17 +41,8 @@ pub(super) struct GpsTimes {
 }
 
 impl GpsTimes {
-    /// Of the item `GPSTIME11`, version 2, of which every time is decoded.
-    pub(super) fn version_2(first: i64) -> Self {
-        Self::new(first, 0)
-    }
-
-    /// Of the item `POINT14`, of which only times that have changed are decoded.
-    pub(super) fn changed_only(first: i64) -> Self {
-        Self::new(first, 1)
-    }
-
-    fn new(first: i64, left_out: i32) -> Self {
+    /// Every time is decoded in the item `GPSTIME11`, version 2 (`left_out` 0); in `POINT14` those that have changed (1).
+    pub(super) fn new(first: i64, left_out: i32) -> Self {
         let mut sequences = [Sequence::default(); 4];
         sequences[0].time = first;
         Self {

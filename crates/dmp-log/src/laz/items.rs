@@ -13,9 +13,7 @@ const MAX_EXTRA_BYTES: u16 = 1024;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PointsHead {
     pub(crate) header_bytes: u64,
-    /// Where the points begin.
     pub(crate) data_at: u64,
-    /// The point format, without the bits that mark compression.
     pub(crate) format: u8,
     pub(crate) record_bytes: u16,
     pub(crate) points: u64,
@@ -95,17 +93,6 @@ pub(super) struct Compression {
     pub(super) is_layered: bool,
 }
 
-impl Compression {
-    /// Finds the record.
-    pub(super) fn of<R: Read + Seek>(
-        bytes: &mut Bytes<'_, R>,
-        head: &PointsHead,
-    ) -> Result<Self, ParseError> {
-        let (at, size) = find_record(bytes, head)?;
-        read_record(bytes, at, size, head)
-    }
-}
-
 /// Where the record is, and its size.
 fn find_record<R: Read + Seek>(
     bytes: &mut Bytes<'_, R>,
@@ -129,13 +116,13 @@ fn find_record<R: Read + Seek>(
     Err(ParseError::new(PlaceInFile::Byte(head.header_bytes), problem))
 }
 
-fn read_record<R: Read + Seek>(
+/// What the record says, compared with the header.
+pub(super) fn compression<R: Read + Seek>(
     bytes: &mut Bytes<'_, R>,
-    at: u64,
-    size: u64,
     head: &PointsHead,
 ) -> Result<Compression, ParseError> {
     const REWRITE: &str = "is not read: rewrite the file with las2las or pdal";
+    let (at, size) = find_record(bytes, head)?;
     let compressor = bytes.u16(at, "the compressor")?;
     let cutting = match bytes.u32(at + 12, "the points of a chunk")? {
         _ if compressor == 1 => Cutting::Whole,

@@ -1,6 +1,6 @@
 //! Where the chunks of a file are, and how their points are compressed.
 
-use super::items::{Compression, Item, PointsHead};
+use super::items::{self, Compression, Item, PointsHead};
 use super::table::{self, Chunk};
 use crate::ParseError;
 use crate::cloud::las_bytes::Bytes;
@@ -24,7 +24,7 @@ impl LazLayout {
         bytes: &mut Bytes<'_, R>,
         head: &PointsHead,
     ) -> Result<Self, ParseError> {
-        let Compression { cutting, items, is_layered } = Compression::of(bytes, head)?;
+        let Compression { cutting, items, is_layered } = items::compression(bytes, head)?;
         let layers = items.iter().map(Item::layers).sum();
         let chunks = table::read(bytes, head, cutting)?;
         if is_layered {
@@ -33,7 +33,6 @@ impl LazLayout {
         Ok(Self { items, is_layered, layers, record_bytes: head.record_bytes.into(), chunks })
     }
 
-    /// Points of the file.
     pub(super) fn points(&self) -> u64 {
         self.chunks.last().map_or(0, |end| end.first_point)
     }

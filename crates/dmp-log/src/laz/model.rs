@@ -12,7 +12,6 @@ const MAX_BIT_TOTAL: u32 = 1 << BIT_PLACES_LOG2;
 /// What stands for the end of the last symbol's places, more than any place.
 const END: u16 = u16::MAX;
 
-/// A symbol of a model.
 #[derive(Debug, Clone, Copy)]
 struct Symbol {
     /// The first of its places.
@@ -121,7 +120,6 @@ impl Models {
     }
 }
 
-/// A model of bits.
 #[derive(Debug)]
 pub(super) struct BitModel {
     zeros: u32,

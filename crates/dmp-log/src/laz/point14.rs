@@ -29,7 +29,6 @@ struct Last {
     gps_time_changed: bool,
 }
 
-/// The models of a channel.
 #[derive(Debug)]
 struct Channel {
     last: Last,
@@ -63,7 +62,7 @@ impl Channel {
             dx_expected: [Median::new(); 12],
             dy_expected: [Median::new(); 12],
             z_expected: [last.place[2]; 8],
-            gps_times: GpsTimes::changed_only(last.gps_time),
+            gps_times: GpsTimes::new(last.gps_time, 1),
         }
     }
 
@@ -129,7 +128,6 @@ impl Point14 {
         [Some(&self.xy), self.z.as_ref(), self.gps_time.as_ref()].into_iter().flatten()
     }
 
-    /// The next point.
     pub(super) fn decode(&mut self, record: &mut [u8]) {
         let xy = &mut self.xy;
         let Some(channel) = &mut self.channels[self.current] else {

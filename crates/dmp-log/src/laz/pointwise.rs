@@ -8,7 +8,6 @@ use super::record::{self, GPS_TIME_10};
 use super::skipped::Skipped;
 use super::version1::{GpsTimesVersion1, Point10Version1};
 
-/// A decoder of an item.
 #[derive(Debug)]
 enum Field {
     Place(Box<Point10>),
@@ -25,13 +24,9 @@ impl Field {
         match (item.kind, item.version) {
             (ItemKind::Point10, 1) => Self::PlaceVersion1(Box::new(Point10Version1::new(first))),
             (ItemKind::GpsTime11, 1) => Self::TimeVersion1(Box::new(GpsTimesVersion1::new(time))),
-            (ItemKind::GpsTime11, _) => Self::Time(Box::new(GpsTimes::version_2(time))),
-            (ItemKind::Rgb12, 1) => Self::Skipped(Skipped::rgb_version_1()),
-            (ItemKind::Rgb12, _) => Self::Skipped(Skipped::rgb()),
-            (ItemKind::Wavepacket13, _) => Self::Skipped(Skipped::wavepacket()),
-            (ItemKind::Byte, _) => Self::Skipped(Skipped::bytes(item.bytes.into())),
+            (ItemKind::GpsTime11, _) => Self::Time(Box::new(GpsTimes::new(time, 0))),
             // Layered items do not come here: the layout is checked.
-            _ => Self::Place(Box::new(Point10::new(first))),
+            _ => Skipped::of(item).map_or_else(|| Self::Place(Box::new(Point10::new(first))), Self::Skipped),
         }
     }
 }
@@ -64,7 +59,6 @@ impl Pointwise {
         self.decoder.left_bytes()
     }
 
-    /// The next point.
     pub(super) fn decode(&mut self, record: &mut [u8]) {
         let decoder = &mut self.decoder;
         for field in &mut self.fields {

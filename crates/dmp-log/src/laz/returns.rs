@@ -35,9 +35,7 @@ const MAP_14: [[u8; 16]; 16] = [
 /// Which of several pulses' returns a point is.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Return {
-    /// Its number.
     pub(super) number: usize,
-    /// How many there are.
     pub(super) of: usize,
 }
 

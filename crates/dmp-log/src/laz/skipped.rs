@@ -3,6 +3,7 @@
 
 use super::decoder::Decoder;
 use super::integer::IntegerDecoder;
+use super::items::{Item, ItemKind};
 use super::model::{Models, SymbolModel};
 
 /// An item of a point that is not wanted.
@@ -19,20 +20,20 @@ pub(super) enum Skipped {
 }
 
 impl Skipped {
-    pub(super) fn rgb() -> Self {
-        Self::Rgb { changed: SymbolModel::new(128), bytes: Models::new(256, 6) }
-    }
-
-    pub(super) fn rgb_version_1() -> Self {
-        Self::RgbVersion1 { changed: SymbolModel::new(64), bytes: IntegerDecoder::new(8, 6) }
-    }
-
-    pub(super) fn bytes(count: usize) -> Self {
-        Self::Bytes { models: Models::new(256, count), count }
-    }
-
-    pub(super) fn wavepacket() -> Self {
-        Self::Wavepacket(Box::new(Wavepacket::new()))
+    /// The decoder of an item; `None` where it is wanted.
+    pub(super) fn of(item: &Item) -> Option<Self> {
+        Some(match (item.kind, item.version) {
+            (ItemKind::Rgb12, 1) => {
+                Self::RgbVersion1 { changed: SymbolModel::new(64), bytes: IntegerDecoder::new(8, 6) }
+            }
+            (ItemKind::Rgb12, _) => Self::Rgb { changed: SymbolModel::new(128), bytes: Models::new(256, 6) },
+            (ItemKind::Wavepacket13, _) => Self::Wavepacket(Box::new(Wavepacket::new())),
+            (ItemKind::Byte, _) => {
+                let count = item.bytes.into();
+                Self::Bytes { models: Models::new(256, count), count }
+            }
+            _ => return None,
+        })
     }
 
     pub(super) fn skip(&mut self, decoder: &mut Decoder) {

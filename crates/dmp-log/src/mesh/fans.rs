@@ -39,9 +39,12 @@ pub struct MeshSummary {
     pub thin_faces: u64,
 }
 
+/// What takes the batches of triangles.
+pub(super) type Sink<'a, E> = dyn FnMut(&[[[f64; 3]; 3]]) -> Result<(), E> + 'a;
+
 /// Makes triangles of polygons and hands them over in batches.
-pub(super) struct Fans<'a, F> {
-    sink: &'a mut F,
+pub(super) struct Fans<'a, 'b, E> {
+    sink: &'a mut Sink<'b, E>,
     batch: Vec<[[f64; 3]; 3]>,
     /// First and latest corner of the polygon at hand, and how many it has so far.
     polygon: ([f64; 3], [f64; 3], u64),
@@ -49,16 +52,13 @@ pub(super) struct Fans<'a, F> {
     thin_faces: u64,
 }
 
-impl<'a, F> Fans<'a, F> {
-    pub(super) fn new(sink: &'a mut F) -> Self {
+impl<'a, 'b, E> Fans<'a, 'b, E> {
+    pub(super) fn new(sink: &'a mut Sink<'b, E>) -> Self {
         Self { sink, batch: Vec::new(), polygon: ([0.0; 3], [0.0; 3], 0), triangles: 0, thin_faces: 0 }
     }
 
     /// One more corner of the polygon at hand.
-    pub(super) fn corner<E>(&mut self, corner: [f64; 3]) -> Result<(), E>
-    where
-        F: FnMut(&[[[f64; 3]; 3]]) -> Result<(), E>,
-    {
+    pub(super) fn corner(&mut self, corner: [f64; 3]) -> Result<(), E> {
         let (first, latest, count) = self.polygon;
         self.polygon = (if count == 0 { corner } else { first }, corner, count + 1);
         if count < 2 {
@@ -75,20 +75,13 @@ impl<'a, F> Fans<'a, F> {
         self.polygon.2 = 0;
     }
 
-    /// Hands over what is left.
-    pub(super) fn finish<E>(mut self, format: MeshFormat, vertices: u64) -> Result<MeshSummary, E>
-    where
-        F: FnMut(&[[[f64; 3]; 3]]) -> Result<(), E>,
-    {
+    pub(super) fn finish(mut self, format: MeshFormat, vertices: u64) -> Result<MeshSummary, E> {
         self.flush()?;
         let Self { triangles, thin_faces, .. } = self;
         Ok(MeshSummary { format, vertices, triangles, thin_faces })
     }
 
-    fn flush<E>(&mut self) -> Result<(), E>
-    where
-        F: FnMut(&[[[f64; 3]; 3]]) -> Result<(), E>,
-    {
+    fn flush(&mut self) -> Result<(), E> {
         if !self.batch.is_empty() {
             (self.sink)(&self.batch)?;
             self.batch.clear();

@@ -1,6 +1,6 @@
 //! The faces of an OBJ file.
 
-use super::fans::{Fans, MeshFormat, MeshSummary, vertex};
+use super::fans::{Fans, MeshFormat, MeshSummary, Sink, vertex};
 use crate::decimal::shorten;
 use crate::text::read_line;
 use crate::{LogError, PlaceInFile};
@@ -10,11 +10,7 @@ use std::path::Path;
 
 /// Reads the `v` and `f` lines of an OBJ file; everything else (normals, textures, groups, lines) is passed
 /// over. A face may only name vertices above it.
-pub(super) fn read<E, F>(path: &Path, sink: &mut F) -> Result<MeshSummary, E>
-where
-    E: From<LogError>,
-    F: FnMut(&[[[f64; 3]; 3]]) -> Result<(), E>,
-{
+pub(super) fn read<E: From<LogError>>(path: &Path, sink: &mut Sink<'_, E>) -> Result<MeshSummary, E> {
     let file = open_input(path).map_err(|e| LogError::io(path, "open", e))?;
     let mut input = BufReader::with_capacity(1 << 16, file);
     let (mut vertices, mut line, mut number, mut faces) = (Vec::new(), Vec::new(), 0, 0_u64);

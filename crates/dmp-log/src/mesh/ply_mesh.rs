@@ -1,6 +1,6 @@
 //! The faces of a PLY file.
 
-use super::fans::{Fans, MeshFormat, MeshSummary, vertex};
+use super::fans::{Fans, MeshFormat, MeshSummary, Sink, vertex};
 use super::ply_rows::{Bytes, CORNERS, Lines};
 use crate::cloud::ply_cloud::read_vertices;
 use crate::cloud::ply_header::{Encoding, PlyHeader, PlyProperty, read_header};
@@ -23,11 +23,7 @@ pub(super) fn has_faces(path: &Path) -> Result<bool, LogError> {
 }
 
 /// Reads the faces of a PLY file row by row; elements behind them are never reached.
-pub(super) fn read<E, F>(path: &Path, sink: &mut F) -> Result<MeshSummary, E>
-where
-    E: From<LogError>,
-    F: FnMut(&[[[f64; 3]; 3]]) -> Result<(), E>,
-{
+pub(super) fn read<E: From<LogError>>(path: &Path, sink: &mut Sink<'_, E>) -> Result<MeshSummary, E> {
     let (mut input, header, length) = open(path)?;
     let Some(faces_at) = header.after.iter().position(|element| element.name == "face") else {
         let problem = "no element `face` behind the vertices: a cloud, not a mesh";

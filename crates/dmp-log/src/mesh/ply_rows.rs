@@ -1,7 +1,8 @@
 //! Rows of a PLY element with lists in it, in text and in bytes.
 
-use crate::cloud::ply_header::{PlyElement, PlyProperty};
+use crate::cloud::ply_header::{PlyElement, PlyProperty, kind_of};
 use crate::decimal::shorten;
+use crate::points::RawTime;
 use crate::text::read_line;
 use crate::{LogError, PlaceInFile};
 use std::io::{self, BufRead, Read};
@@ -98,8 +99,8 @@ impl<R: Read> Bytes<'_, R> {
                             corner(place, self.whole(name, item)?)?;
                         }
                     } else {
-                        let bytes = bytes_of(item).ok_or_else(|| self.unknown(name, item))?;
-                        self.skip((items.max(0) as u64).saturating_mul(bytes))?;
+                        let number = kind_of(item).ok_or_else(|| self.unknown(name, item))?;
+                        self.skip((items.max(0) as u64).saturating_mul(number.bytes().into()))?;
                     }
                 }
             }
@@ -118,25 +119,19 @@ impl<R: Read> Bytes<'_, R> {
 
     /// A whole number of the type that the header names.
     fn whole(&mut self, list: &str, kind: &str) -> Result<i64, LogError> {
-        let signed = match kind {
-            "char" | "int8" | "short" | "int16" | "int" | "int32" => true,
-            "uchar" | "uint8" | "ushort" | "uint16" | "uint" | "uint32" => false,
-            _ => return Err(self.unknown(list, kind)),
+        let Some(number) = kind_of(kind).filter(|number| !number.is_float()) else {
+            return Err(self.unknown(list, kind));
         };
-        let bytes = bytes_of(kind).unwrap_or(4) as usize;
-        let mut number = [0; 8];
-        let part = &mut number[..bytes];
-        match self.input.read_exact(part) {
+        let (bytes, mut row) = (number.bytes() as usize, [0; 8]);
+        match self.input.read_exact(&mut row[..bytes]) {
             Err(e) if e.kind() == io::ErrorKind::UnexpectedEof => return Err(self.ends()),
             Err(e) => return Err(LogError::io(self.path, "read", e)),
             Ok(()) => self.at += bytes as u64,
         }
-        if self.big_endian {
-            part.reverse();
+        match number.read(&row, 0, self.big_endian) {
+            Some(RawTime::Integer(value)) => Ok(value),
+            _ => Err(self.unknown(list, kind)),
         }
-        let value = i64::from_le_bytes(number);
-        let unused = 64 - 8 * bytes as u32;
-        Ok(if signed { value << unused >> unused } else { value })
     }
 
     fn ends(&self) -> LogError {
@@ -146,15 +141,5 @@ impl<R: Read> Bytes<'_, R> {
     fn unknown(&self, list: &str, kind: &str) -> LogError {
         let problem = format!("the list `{}` has the type `{}` in it", shorten(list), shorten(kind));
         LogError::malformed(self.path, PlaceInFile::Byte(self.at), problem)
-    }
-}
-
-fn bytes_of(kind: &str) -> Option<u64> {
-    match kind {
-        "char" | "uchar" | "int8" | "uint8" => Some(1),
-        "short" | "ushort" | "int16" | "uint16" => Some(2),
-        "int" | "uint" | "float" | "int32" | "uint32" | "float32" => Some(4),
-        "double" | "float64" => Some(8),
-        _ => None,
     }
 }

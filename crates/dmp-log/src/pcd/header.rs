@@ -1,17 +1,15 @@
 //! The header of a PCD file: which fields a point has, how many points there are, and how they are kept.
 
-use crate::points::NumberType;
+use crate::points::{Field, NumberType};
 use crate::{ParseError, PlaceInFile};
 use dmp_lengths::thousands;
 
-/// A field of a point.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct PcdField {
     /// Its name; `_` is padding.
     pub(crate) name: String,
-    pub(crate) kind: NumberType,
-    /// First byte in a point of binary data.
-    pub(crate) offset_bytes: usize,
+    /// Its first number in a point of binary data.
+    pub(crate) place: Field,
     /// First column in a line of text.
     pub(crate) column: usize,
     /// How many numbers of the kind.
@@ -19,13 +17,11 @@ pub(crate) struct PcdField {
 }
 
 impl PcdField {
-    /// Bytes of all its numbers.
     pub(crate) fn bytes(&self) -> usize {
-        self.kind.bytes() as usize * self.count
+        self.place.kind.bytes() as usize * self.count
     }
 }
 
-/// How the points are kept.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum PcdData {
     /// A line each.
@@ -36,7 +32,6 @@ pub(crate) enum PcdData {
     BinaryCompressed,
 }
 
-/// What a header says.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct PcdHeader {
     /// Padding included, in order.
@@ -52,7 +47,6 @@ pub(crate) struct PcdHeader {
 }
 
 impl PcdHeader {
-    /// The field of a name.
     pub(crate) fn field(&self, name: &str) -> Option<&PcdField> {
         self.fields.iter().find(|field| field.name == name)
     }
@@ -63,7 +57,7 @@ impl PcdHeader {
         let axis = |name: &str| {
             let field =
                 self.field(name).ok_or_else(|| wrong(format!("the points lack the field `{name}`")))?;
-            match (field.kind, field.count) {
+            match (field.place.kind, field.count) {
                 (NumberType::F32 | NumberType::F64, 1) => Ok(field),
                 (kind, 1) => Err(wrong(format!("field `{name}` is {}, not float32 or float64", kind.name()))),
                 (_, count) => Err(wrong(format!("field `{name}` has {count} numbers, not one"))),
@@ -131,6 +125,11 @@ impl PcdHeader {
     }
 }
 
+/// The bytes of compressed points, packed and unpacked, that stand before them.
+pub(crate) fn packed_sizes([a, b, c, d, e, f, g, h]: [u8; 8]) -> [u64; 2] {
+    [[a, b, c, d], [e, f, g, h]].map(|bytes| u32::from_le_bytes(bytes).into())
+}
+
 /// Whether a file that begins like this is a PCD file; `#` alone may begin any other.
 pub(crate) fn starts_like_pcd(start: &[u8]) -> bool {
     let text = start.strip_prefix(b"#").unwrap_or(start).trim_ascii_start();
@@ -156,7 +155,7 @@ mod tests {
         let places: Vec<_> = header
             .fields
             .iter()
-            .map(|f| (f.name.as_str(), f.kind, f.offset_bytes, f.column, f.count))
+            .map(|f| (f.name.as_str(), f.place.kind, f.place.offset, f.column, f.count))
             .collect();
         assert_eq!(
             places,
@@ -172,7 +171,7 @@ mod tests {
         );
         assert_eq!((header.point_bytes, header.points, header.data), (43, 8, PcdData::Binary));
         assert_eq!((header.lines, header.bytes), (11, FULL.len() as u64));
-        assert_eq!(header.xyz().unwrap().map(|field| field.offset_bytes), [0, 8, 12]);
+        assert_eq!(header.xyz().unwrap().map(|field| field.place.offset), [0, 8, 12]);
         assert!(header.check_length(header.bytes + 344).is_ok());
         assert!(header.check_length(header.bytes + 343).is_err());
         // Compressed, the padding is left out, or kept.

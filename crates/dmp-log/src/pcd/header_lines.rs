@@ -2,7 +2,7 @@
 
 use super::header::{PcdData, PcdField, PcdHeader};
 use crate::decimal::shorten;
-use crate::points::NumberType;
+use crate::points::{Field, NumberType};
 use crate::text::read_line;
 use crate::{ParseError, PlaceInFile};
 use std::io::BufRead;
@@ -125,13 +125,8 @@ fn fields_of(found: &Lines) -> Result<(Vec<PcdField>, usize), String> {
             let value = found.counts.get(k).map_or("", String::as_str);
             format!("field `{short}` has a COUNT of `{}`", shorten(value))
         })?;
-        let field = PcdField {
-            name: name.clone(),
-            kind,
-            offset_bytes: offset as usize,
-            column,
-            count: count as usize,
-        };
+        let place = Field { offset: offset as usize, kind };
+        let field = PcdField { name: name.clone(), place, column, count: count as usize };
         column += field.count;
         offset += field.bytes() as u64;
         if offset > MAX_POINT_BYTES {

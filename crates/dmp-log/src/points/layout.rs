@@ -1,6 +1,6 @@
 //! Where in a row of bytes the fields of a point are.
 
-use super::NumberType;
+use super::{NumberType, RawTime};
 use crate::{FieldInfo, FieldMeaning};
 
 /// A field of a point that can be read.
@@ -8,6 +8,13 @@ use crate::{FieldInfo, FieldMeaning};
 pub(crate) struct Field {
     pub(crate) offset: usize,
     pub(crate) kind: NumberType,
+}
+
+impl Field {
+    /// The coordinate in a row; NaN where the row is too short.
+    pub(crate) fn coordinate(self, row: &[u8], big_endian: bool) -> f64 {
+        self.kind.read(row, self.offset, big_endian).map_or(f64::NAN, RawTime::as_f64)
+    }
 }
 
 /// How the points of a scan are stored: rows of `point_step` bytes with named fields in them.

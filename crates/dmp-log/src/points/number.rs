@@ -45,6 +45,12 @@ impl NumberType {
     pub(crate) fn is_float(self) -> bool {
         matches!(self, Self::F32 | Self::F64)
     }
+
+    /// The value at `offset` of a row; `None` where the row is too short.
+    #[inline]
+    pub(crate) fn read(self, row: &[u8], offset: usize, big_endian: bool) -> Option<RawTime> {
+        with_number!(self, T => T::read(row, offset, big_endian).map(T::raw))
+    }
 }
 
 /// A number in a row of bytes.
@@ -89,48 +95,15 @@ number!(
 /// and not for every point.
 macro_rules! with_number {
     ($kind:expr, $number:ident => $body:expr) => {
+        with_number!($kind, $number => $body; I8 i8, U8 u8, I16 i16, U16 u16, I32 i32, U32 u32, I64 i64, U64 u64, F32 f32, F64 f64)
+    };
+    ($kind:expr, $number:ident => $body:expr; $($variant:ident $type:ty),*) => {
         match $kind {
-            NumberType::I8 => {
-                type $number = i8;
+            $(NumberType::$variant => {
+                type $number = $type;
                 $body
-            }
-            NumberType::U8 => {
-                type $number = u8;
-                $body
-            }
-            NumberType::I16 => {
-                type $number = i16;
-                $body
-            }
-            NumberType::U16 => {
-                type $number = u16;
-                $body
-            }
-            NumberType::I32 => {
-                type $number = i32;
-                $body
-            }
-            NumberType::U32 => {
-                type $number = u32;
-                $body
-            }
-            NumberType::I64 => {
-                type $number = i64;
-                $body
-            }
-            NumberType::U64 => {
-                type $number = u64;
-                $body
-            }
-            NumberType::F32 => {
-                type $number = f32;
-                $body
-            }
-            NumberType::F64 => {
-                type $number = f64;
-                $body
-            }
+            })*
         }
     };
 }
-pub(super) use with_number;
+pub(crate) use with_number;

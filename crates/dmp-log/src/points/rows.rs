@@ -10,9 +10,7 @@ use dmp_sensor::Scan;
 pub(crate) struct Rows<'a> {
     pub(crate) layout: &'a Layout,
     pub(crate) data: &'a [u8],
-    /// Points of a row.
     pub(crate) width: usize,
-    /// Rows.
     pub(crate) height: usize,
     /// Bytes from row to row.
     pub(crate) row_step: usize,
@@ -125,7 +123,7 @@ impl<'a> Rows<'a> {
 
     #[inline]
     fn raw(&self, point: &[u8], field: Field) -> Option<RawTime> {
-        with_number!(field.kind, T => T::read(point, field.offset, self.layout.big_endian).map(T::raw))
+        field.kind.read(point, field.offset, self.layout.big_endian)
     }
 
     #[inline]

@@ -20,44 +20,33 @@ impl TimeUnit {
     /// Every unit.
     pub const ALL: [Self; 4] = [Self::Seconds, Self::Milliseconds, Self::Microseconds, Self::Nanoseconds];
 
-    /// Nanoseconds in it.
-    pub fn in_ns(self) -> i64 {
+    /// Its symbol, its name, nanoseconds in it, and how many decimals a nanosecond has in it.
+    fn table(self) -> (&'static str, &'static str, i64, i32) {
         match self {
-            Self::Seconds => 1_000_000_000,
-            Self::Milliseconds => 1_000_000,
-            Self::Microseconds => 1_000,
-            Self::Nanoseconds => 1,
+            Self::Seconds => ("s", "seconds", 1_000_000_000, 9),
+            Self::Milliseconds => ("ms", "milliseconds", 1_000_000, 6),
+            Self::Microseconds => ("us", "microseconds", 1_000, 3),
+            Self::Nanoseconds => ("ns", "nanoseconds", 1, 0),
         }
     }
 
-    /// How many decimals a nanosecond has in it.
+    /// Nanoseconds in it.
+    pub fn in_ns(self) -> i64 {
+        self.table().2
+    }
+
     pub(crate) fn decimals_of_ns(self) -> i32 {
-        match self {
-            Self::Seconds => 9,
-            Self::Milliseconds => 6,
-            Self::Microseconds => 3,
-            Self::Nanoseconds => 0,
-        }
+        self.table().3
     }
 
     /// As it is written: `s`, `ms`, `us`, `ns`.
     pub fn symbol(self) -> &'static str {
-        match self {
-            Self::Seconds => "s",
-            Self::Milliseconds => "ms",
-            Self::Microseconds => "us",
-            Self::Nanoseconds => "ns",
-        }
+        self.table().0
     }
 
     /// In words, `seconds`.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Seconds => "seconds",
-            Self::Milliseconds => "milliseconds",
-            Self::Microseconds => "microseconds",
-            Self::Nanoseconds => "nanoseconds",
-        }
+        self.table().1
     }
 }
 
@@ -160,22 +149,8 @@ mod tests {
 
     #[test]
     fn the_option_is_read_as_it_is_written() {
-        for text in [
-            "auto",
-            "ignore",
-            "s",
-            "ms",
-            "us",
-            "ns",
-            "absolute-s",
-            "absolute-ms",
-            "absolute-us",
-            "absolute-ns",
-            "first-s",
-            "first-ms",
-            "first-us",
-            "first-ns",
-        ] {
+        let all = "auto ignore s ms us ns absolute-s absolute-ms absolute-us absolute-ns first-s first-ms first-us first-ns";
+        for text in all.split(' ') {
             assert_eq!(text.parse::<PointTime>().unwrap().to_string(), text);
         }
         assert!("seconds".parse::<PointTime>().unwrap_err().contains("`seconds`"));

@@ -27,6 +27,11 @@ pub(crate) fn odd_times(field: &str) -> String {
     format!("the times in field `{field}` are not like those of the other scans; the scan is skipped")
 }
 
+/// What is wrong with a scan without the field.
+pub(crate) fn no_field(field: &str) -> String {
+    format!("no field `{field}`, which the log's first scan has; the scan is skipped")
+}
+
 /// The frames to look at: the first three, the middle and the last with returns.
 pub(crate) fn frames_to_look_at(returns: impl Iterator<Item = u64>) -> Vec<usize> {
     let filled: Vec<usize> =
@@ -46,9 +51,6 @@ pub(crate) fn time_fields(layout: &Layout) -> Vec<String> {
 /// Finds the field with the times of points and what they mean, or takes what the options say; `None`
 /// where there are no times, or none are wanted. `look` gives what a few scans have in each of the layout's
 /// [`time_fields`].
-///
-/// # Errors
-/// When the times could mean this or that, and when the options ask for what is not there.
 pub(crate) fn choose_time(
     path: &Path,
     layout: &Layout,

@@ -29,8 +29,8 @@ pub struct ScoredPoint {
     pub revisited: bool,
 }
 
-const fn column(names: [&'static str; 3], number: Number, about: &'static str) -> Column {
-    Column { names, number, about }
+const fn column(name: &'static str, number: Number, about: &'static str) -> Column {
+    Column { names: ["", name, name], number, about }
 }
 
 /// The columns beside the place, in the order in which they stand in every format. `CloudCompare` takes properties of
@@ -38,28 +38,16 @@ const fn column(names: [&'static str; 3], number: Number, about: &'static str) -
 pub(super) const COLUMNS: [Column; 10] = {
     use Number::{F32, F64, I32, U8};
     [
-        column(["scalar_residual_m", "residual_m", "residual_m"], F32, "|measured - predicted range|"),
-        column(
-            ["scalar_signed_residual_m", "signed_residual_m", "signed_residual_m"],
-            F32,
-            "measured - predicted range",
-        ),
-        column(["scalar_map_range_m", "map_range_m", "map_range_m"], F32, "predicted range"),
-        column(["scalar_range_m", "range_m", "range_m"], F32, "measured range"),
-        column(
-            ["scalar_first_residual_m", "first_residual_m", "first_residual_m"],
-            F32,
-            "measured - first surfel's range",
-        ),
-        column(
-            ["scalar_nearest_residual_m", "nearest_residual_m", "nearest_residual_m"],
-            F32,
-            "measured - nearest surfel's",
-        ),
-        column(["scalar_time_s", "time_s", "time_s"], F64, "seconds after the first scan"),
-        column(["scalar_frame", "frame", "frame"], I32, "number of the scan"),
-        column(["scalar_kind", "kind", "kind"], U8, "0 miss 1 hit 2 blocked 3 beyond"),
-        column(["scalar_revisited", "revisited", "revisited"], U8, "seen on another visit"),
+        column("residual_m", F32, "|measured - predicted range|"),
+        column("signed_residual_m", F32, "measured - predicted range"),
+        column("map_range_m", F32, "predicted range"),
+        column("range_m", F32, "measured range"),
+        column("first_residual_m", F32, "measured - first surfel's range"),
+        column("nearest_residual_m", F32, "measured - nearest surfel's"),
+        column("time_s", F64, "seconds after the first scan"),
+        column("frame", I32, "number of the scan"),
+        column("kind", U8, "0 miss 1 hit 2 blocked 3 beyond"),
+        column("revisited", U8, "seen on another visit"),
     ]
 };
 

@@ -67,30 +67,27 @@ impl<'a> WireReader<'a> {
         Ok(bytes)
     }
 
-    fn word(&mut self, what: &str) -> Result<[u8; 4], WireError> {
-        self.align(4);
-        match self.take(4, what)? {
-            &[a, b, c, d] => Ok([a, b, c, d]),
-            _ => Err(WireError(format!("{what} is cut"))),
+    /// The next number, lowest byte first.
+    fn array<const N: usize>(&mut self, what: &str) -> Result<[u8; N], WireError> {
+        self.align(N);
+        let bytes = self.take(N, what)?.first_chunk().copied();
+        let mut bytes: [u8; N] = bytes.ok_or_else(|| WireError(format!("{what} is cut")))?;
+        if self.big_endian {
+            bytes.reverse();
         }
+        Ok(bytes)
     }
 
     pub(crate) fn u8(&mut self, what: &str) -> Result<u8, WireError> {
-        self.take(1, what).map(|bytes| bytes.first().copied().unwrap_or_default())
+        self.array(what).map(u8::from_le_bytes)
     }
 
     pub(crate) fn u32(&mut self, what: &str) -> Result<u32, WireError> {
-        let word = self.word(what)?;
-        Ok(if self.big_endian { u32::from_be_bytes(word) } else { u32::from_le_bytes(word) })
+        self.array(what).map(u32::from_le_bytes)
     }
 
-    /// Eight bytes, which CDR aligns to eight.
     pub(crate) fn u64(&mut self, what: &str) -> Result<u64, WireError> {
-        self.align(8);
-        let Some(&bytes) = self.take(8, what)?.first_chunk() else {
-            return Err(WireError(format!("{what} is cut")));
-        };
-        Ok(if self.big_endian { u64::from_be_bytes(bytes) } else { u64::from_le_bytes(bytes) })
+        self.array(what).map(u64::from_le_bytes)
     }
 
     pub(crate) fn f64(&mut self, what: &str) -> Result<f64, WireError> {

@@ -1,12 +1,12 @@
 //! Where the times of a folder's points are, and what they mean.
 
 use super::format::ScanFormat;
-use super::log::{ScanFolder, Times};
-use super::times::{self, Beside};
+use super::log::ScanFolder;
+use super::times;
 use crate::damage::DamageList;
 use crate::points::{
-    FieldExtremes, Origin, TimeChoice, TimeRule, TimeUnit, choose_time, frames_to_look_at, odd_times,
-    time_fields,
+    FieldExtremes, Origin, TimeChoice, TimeRule, TimeUnit, choose_time, frames_to_look_at, no_field,
+    odd_times, time_fields,
 };
 use crate::{Damage, LogError, LogOptions, LogSetting, shown_path};
 use std::path::{Path, PathBuf};
@@ -18,17 +18,15 @@ impl ScanFolder {
         let stamped = self.entries.iter().any(|entry| entry.stamp_ns.is_some());
         if let Some(times) = times::folder_beside(&folder)? {
             let notes = (self.summary.period_ns, &mut self.summary.notes);
-            let beside = Beside::open(times, &self.entries, options, &self.count, notes)?;
-            if let Some(beside) = beside {
-                if beside.rule.origin == Origin::Clock && !stamped {
-                    return Err(needs_stamps(&folder, options));
-                }
-                self.summary.point_times = Some(beside.words.clone());
-                self.summary.middle_ns = beside.middle_ns;
-                self.summary.sweep_ns = beside.sweep_ns;
-                self.give_up(beside.odd_frame, times::NAME);
-                self.time = Some(Times::Beside(beside));
+            let Some(choice) = times::choose(&times, &self.entries, options, &self.count, notes)? else {
+                return Ok(());
+            };
+            if choice.rule.origin == Origin::Clock && !stamped {
+                return Err(needs_stamps(&folder, options));
             }
+            self.give_up(&choice);
+            self.take_time(choice);
+            self.times = Some(times);
             return Ok(());
         }
         let Some(layout) = self.first_layout().filter(|_| self.summary.returns > 0) else { return Ok(()) };
@@ -50,34 +48,32 @@ impl ScanFolder {
         if self.format == ScanFormat::Las && choice.rule.unit != TimeUnit::Seconds && is_open(options) {
             return Err(las_has_seconds(folder, &choice));
         }
-        self.summary.point_times = Some(choice.words.clone());
-        self.summary.middle_ns = choice.middle_ns;
-        self.summary.sweep_ns = choice.sweep_ns;
-        self.give_up(choice.odd_frame, &choice.field);
+        self.give_up(&choice);
         let (layouts, mut damage) = (&self.layouts, DamageList::default());
         self.entries.retain(|entry| {
             let layout = layouts.get(entry.layout);
             let kept =
                 entry.points == 0 || layout.is_some_and(|layout| layout.field(&choice.field).is_some());
             if !kept {
-                let what = format!(
-                    "no field `{}`, which the log's first scan has; the scan is skipped",
-                    choice.field
-                );
-                damage.push(Damage::new(shown_path(&entry.file.path), what));
+                damage.push(Damage::new(shown_path(&entry.file.path), no_field(&choice.field)));
             }
             kept
         });
         self.summary.damage.append(&mut damage.into_vec());
-        self.time = Some(Times::Field(choice));
+        self.take_time(choice);
         Ok(())
     }
 
+    fn take_time(&mut self, choice: TimeChoice) {
+        self.summary.take_time(&choice);
+        self.time = Some(choice);
+    }
+
     /// Leaves out the scan whose times are unlike those of the others.
-    fn give_up(&mut self, odd_frame: Option<usize>, field: &str) {
-        if let Some(frame) = odd_frame.filter(|&frame| frame < self.entries.len()) {
+    fn give_up(&mut self, choice: &TimeChoice) {
+        if let Some(frame) = choice.odd_frame.filter(|&frame| frame < self.entries.len()) {
             let odd = self.entries.remove(frame);
-            self.summary.damage.push(Damage::new(shown_path(&odd.file.path), odd_times(field)));
+            self.summary.damage.push(Damage::new(shown_path(&odd.file.path), odd_times(&choice.field)));
         }
     }
 

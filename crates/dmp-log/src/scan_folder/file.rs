@@ -1,7 +1,8 @@
 //! A file with one scan: its head, compared with its length, and the rows of points behind it.
 
 use super::format::ScanFormat;
-use super::head::{Body, Head};
+use super::packed::Packed;
+use super::text::TextRows;
 use super::{las, pcd, ply};
 use crate::points::{Field, Layout, NumberType};
 use crate::reads::{CountedFile, KnownFile, ReadCount, fill};
@@ -9,6 +10,28 @@ use crate::{LogError, ParseError, PlaceInFile};
 use dmp_lengths::thousands;
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
+
+/// What a head says.
+#[derive(Debug)]
+pub(super) struct Head {
+    /// That of the rows which [`ScanFile::read_rows`](super::file::ScanFile::read_rows) gives.
+    pub(super) layout: Layout,
+    /// Points claimed.
+    pub(super) points: u64,
+    pub(super) body: Body,
+}
+
+#[derive(Debug)]
+pub(super) enum Body {
+    /// The rows themselves, from this byte on.
+    Rows { data_at: u64 },
+    /// A line for each, after so many lines of others.
+    Text { data_at: u64, lines_before: u64, skipped: u64, rows: TextRows },
+    /// Field by field, compressed.
+    Packed(Packed),
+    /// In the records of LAS.
+    Las { compressed: bool },
+}
 
 /// Bytes read at once: heads are short, and there are many files.
 const BUFFER_BYTES: usize = 1 << 13;
@@ -31,10 +54,6 @@ pub(super) struct Cut {
 
 impl ScanFile {
     /// Opens a file and reads its head.
-    ///
-    /// # Errors
-    /// [`LogError::Malformed`] when the head makes no sense or claims what is not there,
-    /// [`LogError::WorldCoordinates`] when the points are of the world.
     pub(super) fn open(path: &Path, format: ScanFormat, count: &ReadCount) -> Result<Self, LogError> {
         let file = count.open(path).map_err(|e| LogError::io(path, "open", e))?;
         let metadata = file.metadata().map_err(|e| LogError::io(path, "read", e))?;
@@ -53,9 +72,6 @@ impl ScanFile {
 
     /// How many of the points claimed are there, and what is missing. A text has to be read for it; what is compressed is
     /// unpacked where that is wanted, as nothing else shows whether it can be.
-    ///
-    /// # Errors
-    /// [`LogError::Malformed`] when it cannot.
     pub(super) fn whole_points(&mut self, unpack: bool) -> Result<(u64, Option<Cut>), LogError> {
         let Head { layout, points, body } = &self.head;
         match body {
@@ -75,9 +91,6 @@ impl ScanFile {
     }
 
     /// Puts the first `points` points into `rows`.
-    ///
-    /// # Errors
-    /// When they are not there: the file has changed, or compressed bytes do not unpack.
     pub(super) fn read_rows(&mut self, points: u64, rows: &mut Vec<u8>) -> Result<(), LogError> {
         rows.clear();
         match &self.head.body {

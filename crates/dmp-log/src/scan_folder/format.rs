@@ -27,22 +27,21 @@ impl ScanFormat {
         })
     }
 
-    /// The extensions, in words.
-    pub(super) fn extensions(self) -> &'static str {
+    /// The extensions in words, and the format of the log.
+    fn table(self) -> (&'static str, LogFormat) {
         match self {
-            Self::Bin => ".bin",
-            Self::Pcd => ".pcd",
-            Self::Ply => ".ply",
-            Self::Las => ".las or .laz",
+            Self::Bin => (".bin", LogFormat::BinFolder),
+            Self::Pcd => (".pcd", LogFormat::PcdFolder),
+            Self::Ply => (".ply", LogFormat::PlyFolder),
+            Self::Las => (".las or .laz", LogFormat::LasFolder),
         }
     }
 
+    pub(super) fn extensions(self) -> &'static str {
+        self.table().0
+    }
+
     pub(super) fn of_log(self) -> LogFormat {
-        match self {
-            Self::Bin => LogFormat::BinFolder,
-            Self::Pcd => LogFormat::PcdFolder,
-            Self::Ply => LogFormat::PlyFolder,
-            Self::Las => LogFormat::LasFolder,
-        }
+        self.table().1
     }
 }

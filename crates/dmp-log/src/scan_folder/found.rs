@@ -25,9 +25,6 @@ pub(crate) struct FoundScans {
 
 impl FoundScans {
     /// The scans in or under `path`, where most of one format are; `None` where there are none.
-    ///
-    /// # Errors
-    /// When the folder cannot be read, and when files of several formats could be the scans.
     pub(crate) fn under(path: &Path) -> Result<Option<Self>, LogError> {
         let mut best: Option<(usize, PathBuf, Formats)> = None;
         for place in PLACES {
@@ -45,7 +42,6 @@ impl FoundScans {
         best.map(|(_, folder, formats)| choose(folder, formats)).transpose()
     }
 
-    /// How many there are.
     pub(crate) fn len(&self) -> usize {
         self.files.len()
     }

@@ -1,15 +1,27 @@
 //! The files of a folder as a log.
 
-use super::entry::Entry;
 use super::file::ScanFile;
 use super::format::ScanFormat;
-use super::times::{Beside, read_times};
-use crate::frame_info::{of_frame, runs_of_eight};
+use super::times::read_times;
+use crate::frame_info::of_frame;
 use crate::points::{Layout, Rows, TimeChoice};
+use crate::reads::KnownFile;
 use crate::reads::ReadCount;
 use crate::{FrameInfo, LogError, LogIndex, LogOptions, LogSummary, ScanLog, ScanReader};
 use dmp_sensor::Scan;
-use std::ops::Range;
+use std::path::PathBuf;
+
+/// A file that can be read.
+#[derive(Debug)]
+pub(super) struct Entry {
+    pub(super) file: KnownFile,
+    pub(super) points: u64,
+    /// Its place among the layouts.
+    pub(super) layout: usize,
+    pub(super) stamp_ns: Option<i64>,
+    /// Fewer points than there should be.
+    pub(super) is_cut: bool,
+}
 
 /// A folder of scans, one file each.
 #[derive(Debug)]
@@ -18,18 +30,12 @@ pub(crate) struct ScanFolder {
     pub(super) entries: Vec<Entry>,
     pub(super) layouts: Vec<Layout>,
     pub(super) frames: Vec<FrameInfo>,
-    pub(super) time: Option<Times>,
+    pub(super) time: Option<TimeChoice>,
+    /// The folder with the times of the points, where they are not in a field.
+    pub(super) times: Option<PathBuf>,
     pub(super) summary: LogSummary,
-    /// How it was opened.
     pub(super) options: LogOptions,
     pub(super) count: ReadCount,
-}
-
-/// Where the times of the points are.
-#[derive(Debug)]
-pub(super) enum Times {
-    Field(TimeChoice),
-    Beside(Beside),
 }
 
 impl ScanFolder {
@@ -40,10 +46,7 @@ impl ScanFolder {
 
     /// The field with the times of points, where they are in the scans themselves.
     pub(super) fn time_field(&self) -> Option<&str> {
-        match &self.time {
-            Some(Times::Field(choice)) => Some(&choice.field),
-            _ => None,
-        }
+        self.time.as_ref().filter(|_| self.times.is_none()).map(|choice| choice.field.as_str())
     }
 
     /// That of the first scan with points; without any, that of the first scan.
@@ -86,10 +89,6 @@ impl ScanLog for ScanFolder {
         Ok(Some(LogIndex::whole(&self.summary, &self.options)))
     }
 
-    fn groups(&self) -> Vec<Range<usize>> {
-        runs_of_eight(self.entries.len())
-    }
-
     fn bytes_read(&self) -> Option<u64> {
         Some(self.count.bytes())
     }
@@ -109,13 +108,12 @@ impl ScanReader for FolderReader<'_> {
         let entry = of_frame(&log.entries, frame, &log.summary.path)?;
         scan.stamp_ns = entry.stamp_ns;
         let rows = log.rows_of(entry, &mut self.data)?;
-        let field = match &log.time {
-            Some(Times::Field(choice)) => rows.layout.field(&choice.field).map(|field| (field, choice.rule)),
-            _ => None,
-        };
-        rows.append_to(field, scan);
-        match &log.time {
-            Some(Times::Beside(beside)) => read_times(beside, entry, &log.count, &mut self.data, scan),
+        let in_rows = log.time.as_ref().filter(|_| log.times.is_none());
+        rows.append_to(in_rows.and_then(|time| Some((rows.layout.field(&time.field)?, time.rule))), scan);
+        match (&log.times, &log.time) {
+            (Some(folder), Some(time)) => {
+                read_times(folder, time.rule, entry, &log.count, &mut self.data, scan)
+            }
             _ => Ok(()),
         }
     }

@@ -1,51 +1,22 @@
 //! What the names of files say: their order, and perhaps their stamps.
 
-use crate::decimal::seconds_to_ns;
+use crate::TimeUnit;
+use crate::decimal::to_ns;
 use std::path::{Path, PathBuf};
 
-/// What names are when they are stamps.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum NameUnit {
-    /// With a fraction: `1690309709.285305500`.
-    Seconds,
-    Milliseconds,
-    Microseconds,
-    Nanoseconds,
-}
-
-impl NameUnit {
-    /// By the digits of a date of today's: 13, 16 or 19 of them. Numbers that begin with a zero are counters.
-    fn of(stem: &str) -> Option<Self> {
-        let digits = |text: &str| !text.is_empty() && text.bytes().all(|c| c.is_ascii_digit());
-        if let Some((whole, fraction)) = stem.split_once('.') {
-            return (digits(whole) && digits(fraction)).then_some(Self::Seconds);
-        }
-        match stem.len() {
-            _ if !digits(stem) || stem.starts_with('0') => None,
-            13 => Some(Self::Milliseconds),
-            16 => Some(Self::Microseconds),
-            19 => Some(Self::Nanoseconds),
-            _ => None,
-        }
+/// The unit of a stem that is a stamp: seconds with a fraction (`1690309709.285305500`), or by the digits of a date of
+/// today's, 13, 16 or 19 of them. Numbers that begin with a zero are counters.
+fn unit_of(stem: &str) -> Option<TimeUnit> {
+    let digits = |text: &str| !text.is_empty() && text.bytes().all(|c| c.is_ascii_digit());
+    if let Some((whole, fraction)) = stem.split_once('.') {
+        return (digits(whole) && digits(fraction)).then_some(TimeUnit::Seconds);
     }
-
-    fn words(self) -> &'static str {
-        match self {
-            Self::Seconds => "seconds",
-            Self::Milliseconds => "milliseconds",
-            Self::Microseconds => "microseconds",
-            Self::Nanoseconds => "nanoseconds",
-        }
-    }
-
-    fn stamp_ns(self, stem: &str) -> Option<i64> {
-        let factor = match self {
-            Self::Seconds => return seconds_to_ns(stem).ok(),
-            Self::Milliseconds => 1_000_000,
-            Self::Microseconds => 1_000,
-            Self::Nanoseconds => 1,
-        };
-        stem.parse::<i64>().ok()?.checked_mul(factor)
+    match stem.len() {
+        _ if !digits(stem) || stem.starts_with('0') => None,
+        13 => Some(TimeUnit::Milliseconds),
+        16 => Some(TimeUnit::Microseconds),
+        19 => Some(TimeUnit::Nanoseconds),
+        _ => None,
     }
 }
 
@@ -56,12 +27,12 @@ fn stem(file: &Path) -> Option<&str> {
 /// The stamps that all the files are named by, nanoseconds, and their unit in words; `None` where a name is
 /// none, or one of another unit.
 pub(crate) fn stamps_ns(files: &[PathBuf]) -> Option<(Vec<i64>, &'static str)> {
-    let unit = NameUnit::of(stem(files.first()?)?)?;
+    let unit = unit_of(stem(files.first()?)?)?;
     let stamp = |file: &PathBuf| {
         let stem = stem(file)?;
-        (NameUnit::of(stem) == Some(unit)).then(|| unit.stamp_ns(stem)).flatten()
+        to_ns(stem, unit).ok().filter(|_| unit_of(stem) == Some(unit))
     };
-    Some((files.iter().map(stamp).collect::<Option<_>>()?, unit.words()))
+    Some((files.iter().map(stamp).collect::<Option<_>>()?, unit.name()))
 }
 
 /// Puts files in the order of the stamps or numbers that all of them are named by, written with leading

@@ -1,6 +1,6 @@
 //! The points of a PCD file with `DATA binary_compressed`: field by field, packed as a whole.
 
-use crate::pcd::header::{PcdField, PcdHeader};
+use crate::pcd::header::{PcdField, PcdHeader, packed_sizes};
 use crate::pcd::lzf;
 use crate::points::Field;
 use crate::reads::fill;
@@ -31,9 +31,7 @@ pub(super) fn packed(
     let mut sizes = [0; 8];
     let read = input.seek(SeekFrom::Start(data_at)).and_then(|_| input.read_exact(&mut sizes));
     read.map_err(|_| wrong("the file ends before the sizes of the compressed points".into()))?;
-    let [a, b, c, d, e, f, g, h] = sizes;
-    let compressed_bytes = u64::from(u32::from_le_bytes([a, b, c, d]));
-    let uncompressed_bytes = u64::from(u32::from_le_bytes([e, f, g, h]));
+    let [compressed_bytes, uncompressed_bytes] = packed_sizes(sizes);
     let left = length.saturating_sub(data_at + 8);
     if compressed_bytes > left {
         return Err(wrong(format!(
@@ -49,7 +47,7 @@ pub(super) fn packed(
     let (mut columns, mut named, mut row_bytes) = (Vec::new(), Named::new(), 0);
     for (field, at) in header.columns(uncompressed_bytes)? {
         if is_single(field) {
-            let place = Field { offset: row_bytes as usize, kind: field.kind };
+            let place = Field { offset: row_bytes as usize, kind: field.place.kind };
             columns.push((at, place));
             named.push((field.name.clone(), place));
             row_bytes += place.kind.bytes();

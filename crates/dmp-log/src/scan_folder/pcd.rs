@@ -1,6 +1,6 @@
 //! The head of a PCD file with one scan.
 
-use super::head::{Body, Head};
+use super::file::{Body, Head};
 use super::packed::{is_single, packed};
 use super::text::TextRows;
 use crate::pcd::header::{PcdData, PcdField, PcdHeader};
@@ -23,14 +23,12 @@ pub(super) fn head(input: &mut (impl BufRead + Seek), length: u64) -> Result<Hea
     let singles = || header.fields.iter().filter(|field| is_single(field));
     match header.data {
         PcdData::Binary => {
-            let place = |field: &PcdField| {
-                (field.name.clone(), Field { offset: field.offset_bytes, kind: field.kind })
-            };
+            let place = |field: &PcdField| (field.name.clone(), field.place);
             let layout = layout(singles().map(place).collect(), header.point_bytes as u32)?;
             Ok(Head { layout, points, body: Body::Rows { data_at } })
         }
         PcdData::Ascii => {
-            let column = |field: &PcdField| (field.name.clone(), field.column, field.kind);
+            let column = |field: &PcdField| (field.name.clone(), field.column, field.place.kind);
             let (rows, named) = TextRows::new(&singles().map(column).collect::<Vec<_>>());
             let layout = layout(named, rows.row_bytes())?;
             Ok(Head { layout, points, body: Body::Text { data_at, lines_before: lines, skipped: 0, rows } })

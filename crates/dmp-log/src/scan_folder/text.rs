@@ -1,7 +1,7 @@
 //! Lines of numbers that become rows of points.
 
 use crate::decimal::shorten;
-use crate::points::{Field, NumberType};
+use crate::points::{Field, NumberType, with_number};
 
 /// How lines of numbers become rows: which column goes where.
 #[derive(Debug)]
@@ -62,23 +62,7 @@ impl TextRows {
 
 /// Appends a number in bytes; `false` where the text is none of its kind.
 fn push_number(kind: NumberType, text: &str, rows: &mut Vec<u8>) -> bool {
-    macro_rules! push {
-        ($type:ty) => {
-            text.parse::<$type>().map(|value| rows.extend_from_slice(&value.to_le_bytes())).is_ok()
-        };
-    }
-    match kind {
-        NumberType::I8 => push!(i8),
-        NumberType::U8 => push!(u8),
-        NumberType::I16 => push!(i16),
-        NumberType::U16 => push!(u16),
-        NumberType::I32 => push!(i32),
-        NumberType::U32 => push!(u32),
-        NumberType::I64 => push!(i64),
-        NumberType::U64 => push!(u64),
-        NumberType::F32 => push!(f32),
-        NumberType::F64 => push!(f64),
-    }
+    with_number!(kind, T => text.parse::<T>().map(|value| rows.extend_from_slice(&value.to_le_bytes())).is_ok())
 }
 
 #[cfg(test)]

@@ -1,10 +1,10 @@
 //! Times of points in files of their own beside the scans: `times/NAME.f32`, a float32 for each point.
 
-use super::entry::Entry;
+use super::log::Entry;
 use super::stamps::beside;
 use crate::folder::is_folder;
 use crate::points::{
-    ENOUGH, FieldExtremes, Origin, PointTime, RawTime, TimeRule, TimeUnit, USUAL_PERIOD_NS,
+    ENOUGH, FieldExtremes, Origin, PointTime, RawTime, TimeChoice, TimeRule, TimeUnit, USUAL_PERIOD_NS,
     counts_from_stamp, frames_to_look_at, place_stamp,
 };
 use crate::reads::{ReadCount, fill};
@@ -16,22 +16,7 @@ use std::path::{Path, PathBuf};
 
 const TIME_BYTES: u64 = 4;
 /// What the times are called where a field would be named.
-pub(super) const NAME: &str = "times/*.f32";
-
-/// A folder with a file for each scan.
-#[derive(Debug)]
-pub(super) struct Beside {
-    folder: PathBuf,
-    pub(super) rule: TimeRule,
-    /// The same in words.
-    pub(super) words: String,
-    /// From the stamp to the middle of a scan, nanoseconds.
-    pub(super) middle_ns: i64,
-    /// From the stamp to the first and to the last return, nanoseconds.
-    pub(super) sweep_ns: [i64; 2],
-    /// The one scan looked at that has other times than the rest.
-    pub(super) odd_frame: Option<usize>,
-}
+const NAME: &str = "times/*.f32";
 
 /// The folder with times of the scans in `folder`.
 pub(super) fn folder_beside(folder: &Path) -> Result<Option<PathBuf>, LogError> {
@@ -43,52 +28,37 @@ pub(super) fn folder_beside(folder: &Path) -> Result<Option<PathBuf>, LogError> 
     Ok(None)
 }
 
-impl Beside {
-    /// Compares the counts; `None` where the times are not wanted.
-    pub(super) fn open(
-        folder: PathBuf,
-        entries: &[Entry],
-        options: &LogOptions,
-        count: &ReadCount,
-        (period_ns, notes): (Option<i64>, &mut Vec<String>),
-    ) -> Result<Option<Self>, LogError> {
-        if options.point_time == PointTime::Ignore {
-            notes.push(format!("{}: not used, as was asked", shown_path(&folder)));
-            return Ok(None);
-        }
-        let given = TimeRule::given(options.point_time);
-        let rule = given.unwrap_or(TimeRule::new(TimeUnit::Seconds, Origin::Stamp));
-        for entry in entries {
-            let path = file_of(&folder, entry);
-            let length = fs::metadata(&path).map_err(|e| LogError::io(&path, "open", e))?.len();
-            let times = length / TIME_BYTES;
-            // A cut scan has fewer points than times; the first ones belong together.
-            if times != entry.points && !(entry.is_cut && times > entry.points) {
-                let (other, other_count) = (entry.file.path.clone(), entry.points);
-                return Err(LogError::CountMismatch {
-                    path,
-                    count: times,
-                    what: "times",
-                    other,
-                    other_count,
-                });
-            }
-        }
-        let mut seen = extremes(&folder, entries, count)?;
-        let odd_frame = if given.is_none() { odd_frame(&seen, rule.unit, period_ns) } else { None };
-        seen.retain(|scan| Some(scan.frame) != odd_frame);
-        let evidence = if given.is_some() { "as given" } else { "as such files have them" };
-        let choice = place_stamp(&folder, NAME, rule, options.stamp_at, &seen, evidence)?;
-        notes.push(format!("a time for each point from {}", shown_path(&folder)));
-        Ok(Some(Self {
-            folder,
-            rule: choice.rule,
-            words: choice.words,
-            middle_ns: choice.middle_ns,
-            sweep_ns: choice.sweep_ns,
-            odd_frame,
-        }))
+/// What the times in a folder with a file for each scan mean; `None` where they are not wanted. Compares the counts.
+pub(super) fn choose(
+    folder: &Path,
+    entries: &[Entry],
+    options: &LogOptions,
+    count: &ReadCount,
+    (period_ns, notes): (Option<i64>, &mut Vec<String>),
+) -> Result<Option<TimeChoice>, LogError> {
+    if options.point_time == PointTime::Ignore {
+        notes.push(format!("{}: not used, as was asked", shown_path(folder)));
+        return Ok(None);
     }
+    let given = TimeRule::given(options.point_time);
+    let rule = given.unwrap_or(TimeRule::new(TimeUnit::Seconds, Origin::Stamp));
+    for entry in entries {
+        let path = file_of(folder, entry);
+        let length = fs::metadata(&path).map_err(|e| LogError::io(&path, "open", e))?.len();
+        let times = length / TIME_BYTES;
+        // A cut scan has fewer points than times; the first ones belong together.
+        if times != entry.points && !(entry.is_cut && times > entry.points) {
+            let (other, other_count) = (entry.file.path.clone(), entry.points);
+            return Err(LogError::CountMismatch { path, count: times, what: "times", other, other_count });
+        }
+    }
+    let mut seen = extremes(folder, entries, count)?;
+    let odd_frame = if given.is_none() { odd_frame(&seen, rule.unit, period_ns) } else { None };
+    seen.retain(|scan| Some(scan.frame) != odd_frame);
+    let evidence = if given.is_some() { "as given" } else { "as such files have them" };
+    let choice = place_stamp(folder, NAME, rule, options.stamp_at, &seen, evidence)?;
+    notes.push(format!("a time for each point from {}", shown_path(folder)));
+    Ok(Some(TimeChoice { odd_frame, ..choice }))
 }
 
 fn file_of(folder: &Path, entry: &Entry) -> PathBuf {
@@ -143,22 +113,23 @@ fn odd_frame(seen: &[FieldExtremes], unit: TimeUnit, period_ns: Option<i64>) -> 
 
 /// Adds the times of its points to a scan.
 pub(super) fn read_times(
-    beside: &Beside,
+    folder: &Path,
+    rule: TimeRule,
     entry: &Entry,
     count: &ReadCount,
     bytes: &mut Vec<u8>,
     scan: &mut Scan,
 ) -> Result<(), LogError> {
-    times_of(&beside.folder, entry, count, bytes)?;
-    if let Some(ns_of) = beside.rule.of_f32() {
+    times_of(folder, entry, count, bytes)?;
+    if let Some(ns_of) = rule.of_f32() {
         append(floats(bytes).map(ns_of), scan);
         return Ok(());
     }
     let first = || seconds(bytes).filter(|time| time.is_finite()).reduce(f64::min).map(RawTime::Float);
     // Only rules that count from the scan's first point need to know it.
-    let first = if beside.rule.needs_first() { first() } else { None };
+    let first = if rule.needs_first() { first() } else { None };
     let stamp_ns = entry.stamp_ns.unwrap_or(0);
-    append(seconds(bytes).map(|time| beside.rule.offset_ns(RawTime::Float(time), stamp_ns, first)), scan);
+    append(seconds(bytes).map(|time| rule.offset_ns(RawTime::Float(time), stamp_ns, first)), scan);
     Ok(())
 }
 

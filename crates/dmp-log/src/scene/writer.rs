@@ -143,7 +143,7 @@ impl SceneWriter {
         self.write_cloud(Some(self.runs[run].way), self.start.0, cloud)?;
         let stamped = poses.iter().map(|(stamp_ns, pose)| Ok((RosStamp::of_ns(*stamp_ns)?, *pose)));
         let poses = stamped.collect::<Result<Vec<_>, String>>();
-        let poses = poses.map_err(|problem| unwritable(self.file.target(), self.scans, problem))?;
+        let poses = poses.map_err(|problem| self.unwritable(problem))?;
         write_path(&mut self.message, self.start.1, MAP, &poses);
         self.file.write(self.runs[run].path, 0, self.start.0, self.message.message())
     }
@@ -235,8 +235,12 @@ impl SceneWriter {
         self.file.finish()
     }
 
+    fn unwritable(&self, problem: String) -> LogError {
+        unwritable(self.file.target(), self.scans, problem)
+    }
+
     fn stamp(&self, stamp_ns: i64) -> Result<RosStamp, LogError> {
-        RosStamp::of_ns(stamp_ns).map_err(|problem| unwritable(self.file.target(), self.scans, problem))
+        RosStamp::of_ns(stamp_ns).map_err(|problem| self.unwritable(problem))
     }
 
     /// In the common frame, or in that of the sensor of a run.
@@ -250,13 +254,12 @@ impl SceneWriter {
         let message = std::mem::take(&mut self.message);
         let frame = run.map_or(MAP, |run| &self.runs[run].name);
         SceneCloud::start(message, (stamp, frame), points, with_normals)
-            .map_err(|problem| unwritable(self.file.target(), self.scans, problem))
+            .map_err(|problem| self.unwritable(problem))
     }
 
     fn write_cloud(&mut self, topic: Option<u16>, stamp_ns: i64, cloud: SceneCloud) -> Result<u32, LogError> {
         let closed = cloud.finish();
-        let (mut message, points) =
-            closed.map_err(|problem| unwritable(self.file.target(), self.scans, problem))?;
+        let (mut message, points) = closed.map_err(|problem| self.unwritable(problem))?;
         if let Some(topic) = topic {
             self.file.write(topic, self.scans, stamp_ns, message.message())?;
         }

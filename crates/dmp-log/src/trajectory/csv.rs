@@ -59,10 +59,6 @@ pub(super) fn header_of(bytes: &[u8]) -> Result<Header, ParseError> {
 /// Parses lines whose columns are named by a line before them, in any order: a stamp (`timestamp`, `time_ns`, `secs` and
 /// `nsecs`, `field.header.stamp` …), a place (`x`, `tx`, `position.x`, `p_RS_R_x [m]` …) and a quaternion (`qx`,
 /// `orientation.x`, `q_RS_w []` …); others are not used. `world_from_body`, in metres. Notes say what was taken for what.
-///
-/// # Errors
-/// Where no line names all of these, or two columns are the same; where no name has the unit of the stamps and it cannot be
-/// found; in the first line that has another number of columns; and as [`parse_tum`](super::parse_tum).
 pub(super) fn parse_csv_in(
     bytes: &[u8],
     unit: Option<TimeUnit>,

@@ -38,17 +38,22 @@ impl TrajectoryFormat {
     pub const ALL: [Self; 7] =
         [Self::Tum, Self::Kitti, Self::Euroc, Self::Npy, Self::G2o, Self::RedwoodLog, Self::Csv];
 
+    /// Its name for people, and as it is written.
+    fn names(self) -> (&'static str, &'static str) {
+        match self {
+            Self::Tum => ("TUM", "tum"),
+            Self::Kitti => ("KITTI", "kitti"),
+            Self::Euroc => ("EuRoC", "euroc"),
+            Self::Npy => ("NumPy", "npy"),
+            Self::G2o => ("g2o", "g2o"),
+            Self::RedwoodLog => ("Redwood .log", "redwood"),
+            Self::Csv => ("csv", "csv"),
+        }
+    }
+
     /// Its name for people.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Tum => "TUM",
-            Self::Kitti => "KITTI",
-            Self::Euroc => "EuRoC",
-            Self::Npy => "NumPy",
-            Self::G2o => "g2o",
-            Self::RedwoodLog => "Redwood .log",
-            Self::Csv => "csv",
-        }
+        self.names().0
     }
 
     /// Whether its poses have stamps of their own.
@@ -59,15 +64,7 @@ impl TrajectoryFormat {
 
 impl fmt::Display for TrajectoryFormat {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Tum => "tum",
-            Self::Kitti => "kitti",
-            Self::Euroc => "euroc",
-            Self::Npy => "npy",
-            Self::G2o => "g2o",
-            Self::RedwoodLog => "redwood",
-            Self::Csv => "csv",
-        })
+        f.write_str(self.names().1)
     }
 }
 
@@ -132,7 +129,6 @@ pub(super) fn find_format(path: &Path, bytes: &[u8]) -> Result<TrajectoryFormat,
     }
 }
 
-/// A file without a pose.
 pub(super) fn no_poses(bytes: &[u8]) -> ParseError {
     ParseError::new(PlaceInFile::WholeFile, format!("no poses in {} bytes", thousands(bytes.len())))
 }

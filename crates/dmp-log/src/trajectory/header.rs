@@ -10,11 +10,9 @@ use crate::{ParseError, PlaceInFile, TimeUnit};
 pub(super) struct Header {
     /// The line with the names, from 1.
     pub(super) line: u64,
-    /// The names, one a column.
     pub(super) names: Vec<String>,
     pub(super) delimiter: Delimiter,
     pub(super) stamp: StampColumns,
-    /// The columns of x, y, z.
     pub(super) place: [usize; 3],
     /// The columns of x, y, z, w.
     pub(super) quaternion: [usize; 4],
@@ -29,7 +27,6 @@ pub(super) enum StampColumns {
     Two(usize, usize),
 }
 
-/// What parts columns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Delimiter {
     Character(char),
@@ -90,9 +87,6 @@ fn bare(cell: &str) -> &str {
 
 /// The line of names of a file: its first line with data, or the comment before that where it names every column.
 /// `None` where there is no such line.
-///
-/// # Errors
-/// Where the first line names columns of a trajectory, but not all that one has.
 pub(super) fn find(bytes: &[u8]) -> Result<Option<Header>, ParseError> {
     let Some(first) = lines(bytes).next() else { return Ok(None) };
     let PlaceInFile::Line(number) = first?.0 else { return Ok(None) };
@@ -104,7 +98,6 @@ pub(super) fn find(bytes: &[u8]) -> Result<Option<Header>, ParseError> {
     Ok(of_comment(bytes, number))
 }
 
-/// The text of a line, from 1.
 fn line(bytes: &[u8], number: u64) -> Option<&str> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let at = usize::try_from(number).ok()?.checked_sub(1)?;
@@ -151,7 +144,6 @@ fn names(text: &str) -> (Delimiter, Vec<String>) {
     (delimiter, names)
 }
 
-/// Which column is what.
 fn assign(line: u64, delimiter: Delimiter, names: &[String]) -> Result<Header, String> {
     let (mut stamps, mut place, mut quaternion) = (Vec::new(), [None; 3], [None; 4]);
     for (column, name) in names.iter().enumerate() {

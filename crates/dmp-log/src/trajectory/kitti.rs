@@ -6,7 +6,6 @@ use crate::text::lines;
 use dmp_sensor::Trajectory;
 use std::io::{self, Write};
 
-/// What a line holds.
 pub(super) const ROW: &str = "a 3 x 4 matrix";
 
 /// Parses the KITTI format: lines with the twelve numbers of `[R t]`, row by row, `world_from_body`,

@@ -124,37 +124,18 @@ mod tests {
 
     #[test]
     fn places_and_quaternions_have_many_names() {
-        for prefix in [
-            "{}",
-            "t{}",
-            "p{}",
-            "pos_{}",
-            "position.{}",
-            "p_RS_R_{} [m]",
-            "{} (m)",
-            "{}_m",
-            "translation_{}",
-            "field.pose.pose.position.{}",
-            "pose.position.{}",
-            "/odom/pose/pose/position/{}",
-            "pos{}",
-        ] {
+        let places = "{}|t{}|p{}|pos_{}|position.{}|p_RS_R_{} [m]|{} (m)|{}_m|translation_{}|\
+            field.pose.pose.position.{}|pose.position.{}|/odom/pose/pose/position/{}|pos{}";
+        for prefix in places.split('|') {
             for (k, axis) in ["x", "y", "z"].iter().enumerate() {
                 for name in [prefix.replace("{}", axis), prefix.replace("{}", axis).to_uppercase()] {
                     assert_eq!(meaning(&name), Some(Meaning::Place(k)), "{name}");
                 }
             }
         }
-        for prefix in [
-            "q{}",
-            "q_{}",
-            "quat_{}",
-            "q_RS_{} []",
-            "orientation.{}",
-            "rot_{}",
-            "field.pose.pose.orientation.{}",
-            "quat{}",
-        ] {
+        let quaternions =
+            "q{}|q_{}|quat_{}|q_RS_{} []|orientation.{}|rot_{}|field.pose.pose.orientation.{}|quat{}";
+        for prefix in quaternions.split('|') {
             for (k, axis) in ["x", "y", "z", "w"].iter().enumerate() {
                 let name = prefix.replace("{}", axis);
                 assert_eq!(meaning(&name), Some(Meaning::Quaternion(k)), "{name}");
@@ -164,25 +145,10 @@ mod tests {
 
     #[test]
     fn what_is_no_pose_is_not_used() {
-        for name in [
-            "",
-            "w",
-            "id",
-            "vx",
-            "v_RS_R_x [m s^-1]",
-            "b_w_RS_S_x [rad s^-1]",
-            "field.twist.twist.linear.x",
-            "field.twist.twist.angular.z",
-            "field.pose.covariance0",
-            "field.header.seq",
-            "field.header.frame_id",
-            "field.poses0.pose.position.x",
-            "field.transforms0.transform.translation.x",
-            "roll",
-            "q0",
-            "max",
-            "é",
-        ] {
+        let others = "|w|id|vx|v_RS_R_x [m s^-1]|b_w_RS_S_x [rad s^-1]|field.twist.twist.linear.x|\
+            field.twist.twist.angular.z|field.pose.covariance0|field.header.seq|field.header.frame_id|\
+            field.poses0.pose.position.x|field.transforms0.transform.translation.x|roll|q0|max|é";
+        for name in others.split('|') {
             assert_eq!(meaning(name), None, "{name}");
         }
         assert!(matches!(meaning("x [mm]"), Some(Meaning::NotMetres(_))));

@@ -3,6 +3,7 @@
 use super::error::TrajectoryParseError;
 use super::numbers::pose_of_rows;
 use crate::decimal::shorten;
+use crate::points::{Field, NumberType};
 use crate::{ParseError, PlaceInFile};
 use dmp_lengths::thousands;
 use dmp_sensor::Trajectory;
@@ -41,7 +42,8 @@ pub(super) fn for_each_matrix(
     let (header, data_at) = Header::read(bytes)?;
     let data = bytes.get(data_at..).unwrap_or_default();
     let [poses, rows] = [header.poses, header.rows];
-    let size = header.number.size();
+    let (kind, big_endian) = header.number;
+    let size = kind.bytes() as usize;
     let pose_bytes = rows * 4 * size;
     // Compared before anything is made of it; poses may be any number.
     if poses.checked_mul(pose_bytes) != Some(data.len()) {
@@ -61,8 +63,7 @@ pub(super) fn for_each_matrix(
         };
         let place = PlaceInFile::Byte((data_at + index(0, 0) * size) as u64);
         let number = |row, column| {
-            let at = index(row, column) * size;
-            let value = data.get(at..at + size).map_or(f64::NAN, |bytes| header.number.read(bytes));
+            let value = Field { offset: index(row, column) * size, kind }.coordinate(data, big_endian);
             if value.is_finite() {
                 return Ok(value);
             }
@@ -89,58 +90,29 @@ pub(super) fn for_each_matrix(
     Ok(())
 }
 
-/// What the array is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Header {
-    number: Number,
+    /// Its type, and whether the highest byte comes first.
+    number: (NumberType, bool),
     fortran_order: bool,
     poses: usize,
     /// 3 or 4, each of four numbers.
     rows: usize,
 }
 
-/// How a number is stored.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Number {
-    double: bool,
-    big_endian: bool,
-}
-
-impl Number {
-    /// Of a type as `<f8`; `None` for any other.
-    fn of(descr: &str) -> Option<Self> {
-        let (order, kind) = descr.split_at_checked(1)?;
-        let big_endian = match order {
-            "<" => false,
-            ">" => true,
-            "=" => cfg!(target_endian = "big"),
-            _ => return None,
-        };
-        let double = match kind {
-            "f8" => true,
-            "f4" => false,
-            _ => return None,
-        };
-        Some(Self { double, big_endian })
-    }
-
-    fn size(self) -> usize {
-        if self.double { 8 } else { 4 }
-    }
-
-    /// NaN where there are too few bytes.
-    fn read(self, bytes: &[u8]) -> f64 {
-        let wide = |bytes: [u8; 8]| {
-            if self.big_endian { f64::from_be_bytes(bytes) } else { f64::from_le_bytes(bytes) }
-        };
-        let narrow = |bytes: [u8; 4]| {
-            if self.big_endian { f32::from_be_bytes(bytes) } else { f32::from_le_bytes(bytes) }
-        };
-        if self.double {
-            bytes.try_into().map_or(f64::NAN, wide)
-        } else {
-            bytes.try_into().map_or(f64::NAN, |bytes| f64::from(narrow(bytes)))
-        }
+/// The type that a `descr` names, and whether its highest byte comes first.
+fn number_of(descr: &str) -> Option<(NumberType, bool)> {
+    let (order, kind) = descr.split_at_checked(1)?;
+    let big_endian = match order {
+        "<" => false,
+        ">" => true,
+        "=" => cfg!(target_endian = "big"),
+        _ => return None,
+    };
+    match kind {
+        "f8" => Some((NumberType::F64, big_endian)),
+        "f4" => Some((NumberType::F32, big_endian)),
+        _ => None,
     }
 }
 
@@ -186,9 +158,8 @@ impl Header {
         let (Some(descr), Some(fortran_order), Some(shape)) = (descr, fortran_order, shape) else {
             return Err(bad("not all of descr, fortran_order and shape".into()));
         };
-        let number = string(descr)
-            .and_then(Number::of)
-            .ok_or_else(|| bad(format!("the type {descr}; {EXPECTED};")))?;
+        let number =
+            string(descr).and_then(number_of).ok_or_else(|| bad(format!("the type {descr}; {EXPECTED};")))?;
         let fortran_order = match fortran_order {
             "True" => true,
             "False" => false,
@@ -232,7 +203,6 @@ fn dictionary(text: &str) -> Result<Vec<(&str, &str)>, String> {
     Ok(entries)
 }
 
-/// What stands in quotes.
 fn string(text: &str) -> Option<&str> {
     ['\'', '"'].into_iter().find_map(|quote| text.strip_prefix(quote)?.strip_suffix(quote))
 }

@@ -97,14 +97,13 @@ pub fn read_trajectory_as(
             let problem = format!("a unit of time was given, but a {} file has no stamps", format.name());
             return Err(LogError::Option { path: path.to_owned(), problem });
         }
-        TrajectoryFormat::Kitti => {
-            stamps::from_times_beside(path, parse_kitti(&bytes).map_err(in_file)?, &mut notes)?
-        }
-        TrajectoryFormat::Npy => {
-            stamps::from_times_beside(path, parse_npy(&bytes).map_err(in_file)?, &mut notes)?
-        }
-        TrajectoryFormat::RedwoodLog => {
-            stamps::from_times_beside(path, parse_redwood_log(&bytes).map_err(in_file)?, &mut notes)?
+        TrajectoryFormat::Kitti | TrajectoryFormat::Npy | TrajectoryFormat::RedwoodLog => {
+            let parsed = match format {
+                TrajectoryFormat::Kitti => parse_kitti(&bytes),
+                TrajectoryFormat::Npy => parse_npy(&bytes),
+                _ => parse_redwood_log(&bytes),
+            };
+            stamps::from_times_beside(path, parsed.map_err(in_file)?, &mut notes)?
         }
         TrajectoryFormat::G2o => of_graph(parse_g2o(&bytes).map_err(in_file)?, &mut notes),
     };

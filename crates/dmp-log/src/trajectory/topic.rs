@@ -128,7 +128,6 @@ struct Found {
     damage: DamageList,
 }
 
-/// The poses of one topic.
 #[derive(Debug, Default)]
 struct Poses {
     messages: u64,

@@ -29,8 +29,9 @@ fn raw(text: impl AsRef<[u8]>) -> RawTrajectory {
 
 /// By both readers, in the same words.
 fn refused(text: &str) -> String {
-    let error = read(text).unwrap_err().to_string();
-    assert_eq!(read_raw_trajectory(&file(text).1, None).unwrap_err().to_string(), error);
+    let (_folder, path) = file(text);
+    let error = read_trajectory(&path).unwrap_err().to_string();
+    assert_eq!(read_raw_trajectory(&path, None).unwrap_err().to_string(), error);
     assert_says(&error, &["run.csv: "]);
     error
 }

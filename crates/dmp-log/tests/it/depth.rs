@@ -2,8 +2,7 @@
 
 use crate::common::{assert_says, open, open_error, read_all};
 use dmp_log::{
-    CameraNumbers, DepthFolderWriter, LogFormat, LogOptions, PointTime, StampAt, TimeUnit, encode_depth_png,
-    open_log, outline_log, survey_log,
+    DepthFolderWriter, LogFormat, LogOptions, PointTime, StampAt, TimeUnit, encode_depth_png, open_log,
 };
 use dmp_sensor::{Distortion, PinholeCamera, Scan};
 use std::fs;
@@ -148,12 +147,12 @@ fn redwood_is_found_by_leading_zeros() {
 }
 
 #[test]
-fn a_camera_beside_the_images_beats_the_guess_and_an_option_beats_both() {
+fn a_camera_beside_the_images_beats_the_guess() {
     let folder = tempfile::tempdir().unwrap();
     let root = folder.path();
     put_images(root, &["depth/00000.png", "depth/00001.png"], [12, 9]);
     let error = open_error(root, &LogOptions::default());
-    assert_says(&error, &["images of 12 x 9 pixels", "`camera` FX,FY,CX,CY"]);
+    assert_says(&error, &["images of 12 x 9 pixels", "a camera.json beside them"]);
     let json =
         |size: &str, more: &str| format!("{{{size},\"intrinsic_matrix\":[10.5,0,0,0,11,0,5.5,4,1]{more}}}");
     put(&root.join("camera.json"), json("\"width\":12,\"height\":9", ",\"depth_scale\":2000"));
@@ -164,19 +163,6 @@ fn a_camera_beside_the_images_beats_the_guess_and_an_option_beats_both() {
     assert_points(&read_all(&*log)[0], &camera, &values([12, 9]), 2000.0);
     // The folder of the images alone finds it too.
     assert_eq!(camera_of(&root.join("depth")), camera);
-
-    let numbers: CameraNumbers = "20,21,6,5,0.1,0,0,0".parse().unwrap();
-    let options =
-        LogOptions { camera: Some(numbers), depth_units_per_m: Some(100.0), ..LogOptions::default() };
-    let given = open_log(root, &options).unwrap();
-    let found = given.summary().camera.unwrap();
-    assert_eq!((found.focal_px(), found.distortion().radial[0]), ([20.0, 21.0], 0.1));
-    assert_eq!(given.summary().depth_units_per_m, Some(100.0));
-    assert_says(
-        &given.summary().notes.join("; "),
-        &["with distortion, as given", "100 units of depth a metre, as given"],
-    );
-    assert_ne!(given.summary().fingerprint, log.summary().fingerprint);
 
     put(&root.join("camera.json"), json("\"width\":13,\"height\":9", ""));
     let error = open_error(root, &LogOptions::default());
@@ -191,14 +177,12 @@ fn a_camera_beside_the_images_beats_the_guess_and_an_option_beats_both() {
 fn images_of_other_names_need_to_be_explained() {
     let folder = tempfile::tempdir().unwrap();
     put_images(folder.path(), &["frame-000000.depth.png", "frame-000001.depth.png"], VGA);
-    assert_says(&open_error(folder.path(), &LogOptions::default()), &["640 x 480", "`camera`"]);
-    let camera: CameraNumbers = "585,585,320,240".parse().unwrap();
-    let with = |units| LogOptions { camera: Some(camera), depth_units_per_m: units, ..LogOptions::default() };
-    assert_says(&open_error(folder.path(), &with(None)), &["`depth_units_per_m` UNITS"]);
-    for units in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        assert_says(&open_error(folder.path(), &with(Some(units))), &["`depth_units_per_m`", "more than 0"]);
-    }
-    assert_eq!(open_log(folder.path(), &with(Some(1000.0))).unwrap().frames().len(), 2);
+    assert_says(&open_error(folder.path(), &LogOptions::default()), &["640 x 480", "a camera.json"]);
+    let json = "{\"width\":640,\"height\":480,\"intrinsic_matrix\":[585,0,0,0,585,0,320,240,1]";
+    put(&folder.path().join("camera.json"), format!("{json}}}"));
+    assert_says(&open_error(folder.path(), &LogOptions::default()), &["camera.json", "depth_scale"]);
+    put(&folder.path().join("camera.json"), format!("{json},\"depth_scale\":1000}}"));
+    assert_eq!(open(folder.path()).frames().len(), 2);
 }
 
 #[test]
@@ -219,18 +203,6 @@ fn options_for_other_logs_are_refused() {
         assert_says(&error.to_string(), &[said]);
     }
     assert!(open_log(folder.path(), &LogOptions { point_time: PointTime::Ignore, ..default() }).is_ok());
-    let other = tempfile::tempdir().unwrap();
-    put(&other.path().join("0.bin"), [0; 16]);
-    for (options, said) in [
-        (LogOptions { camera: Some("1,2,3,4".parse().unwrap()), ..default() }, "`camera` 1,2,3,4 was given"),
-        (LogOptions { depth_units_per_m: Some(1000.0), ..default() }, "`depth_units_per_m` 1000 was given"),
-    ] {
-        let error = open_log(other.path(), &options).unwrap_err();
-        assert!(error.is_usage());
-        assert_says(&error.to_string(), &[said, "folder of depth images"]);
-        assert!(survey_log(other.path(), &options).is_err() && outline_log(other.path(), &options).is_err());
-    }
-    assert_eq!(open(other.path()).summary().camera, None);
 }
 
 #[test]

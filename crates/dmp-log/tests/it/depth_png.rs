@@ -6,7 +6,9 @@ use dmp_sensor::Scan;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-const CAMERA: &str = "10,10,5.5,4";
+/// The same without a lens.
+const CAMERA: &str =
+    r#"{"width":12,"height":9,"intrinsic_matrix":[10,0,0,0,10,0,5.5,4,1],"depth_scale":1000}"#;
 /// A `camera.json` for the small images.
 pub(crate) const CAMERA_FILE: &str = r#"{"width":12,"height":9,"intrinsic_matrix":[10,0,0,0,10,0,5.5,4,1],"distortion":[0.1,0,0,0,0],"depth_scale":1000}"#;
 
@@ -27,19 +29,19 @@ pub(crate) fn files() -> Vec<Vec<u8>> {
     std::iter::once(image()).chain(theirs.map(<[u8]>::to_vec)).collect()
 }
 
-/// A log of this image alone, its values millimetres.
-fn options() -> LogOptions {
-    LogOptions {
-        camera: Some(CAMERA.parse().unwrap()),
-        depth_units_per_m: Some(1000.0),
-        ..LogOptions::default()
-    }
+/// Puts the camera beside images: their values are millimetres.
+fn options(folder: &Path) -> LogOptions {
+    fs::write(folder.join("camera.json"), CAMERA).unwrap();
+    LogOptions::default()
 }
 
 fn depths_mm(image: &[u8]) -> Vec<u16> {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("00000.png"), image).unwrap();
-    let log = open_log(folder.path(), &options()).unwrap();
+    let [width, height] = [16, 20].map(|at| u32::from_be_bytes(image[at..at + 4].try_into().unwrap()));
+    let size = format!("\"width\":{width},\"height\":{height}");
+    fs::write(folder.path().join("camera.json"), CAMERA.replace("\"width\":12,\"height\":9", &size)).unwrap();
+    let log = open_log(folder.path(), &LogOptions::default()).unwrap();
     assert!(log.summary().damage.is_empty(), "{:?}", log.summary().damage);
     let scan = read_all(&*log).remove(0);
     scan.points_in_sensor_m.iter().map(|point| (f64::from(point[2]) * 1000.0).round() as u16).collect()
@@ -134,7 +136,7 @@ fn what_is_no_depth_image_is_skipped_with_its_name_and_the_rest_is_read() {
         fs::write(root.join("00000.png"), &whole).unwrap();
         fs::write(root.join("00001.png"), bytes).unwrap();
         fs::write(root.join("00002.png"), &whole).unwrap();
-        let log = open_log(root, &options()).unwrap();
+        let log = open_log(root, &options(root)).unwrap();
         let [damage] = log.summary().damage.as_slice() else { panic!("{name}: {:?}", log.summary().damage) };
         assert_says(&damage.place, &["00001.png"]);
         assert_says(&damage.what, &[said, "; the image is skipped"]);
@@ -143,7 +145,7 @@ fn what_is_no_depth_image_is_skipped_with_its_name_and_the_rest_is_read() {
         if *name != "size" {
             fs::remove_file(root.join("00000.png")).unwrap();
             fs::remove_file(root.join("00002.png")).unwrap();
-            let error = open_log(root, &options()).unwrap_err();
+            let error = open_log(root, &options(root)).unwrap_err();
             assert!(!error.is_usage());
             assert_says(&error.to_string(), &["no depth image can be read; ", "00001.png: ", said]);
         }
@@ -157,14 +159,14 @@ fn an_image_of_the_list_that_is_not_there_is_skipped() {
     fs::create_dir_all(root.join("depth/2.5.png")).unwrap();
     fs::write(root.join("depth/0.5.png"), image()).unwrap();
     fs::write(root.join("depth.txt"), "0.5 depth/0.5.png\n1.5 depth/1.5.png\n2.5 depth/2.5.png\n").unwrap();
-    let log = open_log(root, &options()).unwrap();
+    let log = open_log(root, &options(root)).unwrap();
     assert_eq!(log.frames().len(), 1);
     let damage = &log.summary().damage;
     assert_eq!(damage.len(), 2);
     assert_says(&damage[0].place, &["1.5.png"]);
     assert_says(&damage[1].what, &["no such file; the image is skipped"]);
     fs::write(root.join("depth.txt"), "0.5 depth/0.5.png\n1.5\n").unwrap();
-    assert_says(&open_error(root, &options()), &["depth.txt: line 2: 1 columns", "cut?"]);
+    assert_says(&open_error(root, &options(root)), &["depth.txt: line 2: 1 columns", "cut?"]);
 }
 
 /// As a compressed scan of another folder: its name, and the end of the run.
@@ -182,7 +184,7 @@ fn a_damaged_body_is_an_error_when_it_is_read() {
     {
         let folder = tempfile::tempdir().unwrap();
         fs::write(folder.path().join("00000.png"), bytes).unwrap();
-        let log = open_log(folder.path(), &options()).unwrap();
+        let log = open_log(folder.path(), &options(folder.path())).unwrap();
         let error = log.reader().unwrap().read(0, &mut Scan::default()).unwrap_err();
         assert!(!error.is_usage());
         assert_says(&error.to_string(), &["00000.png: byte "]);
@@ -190,7 +192,7 @@ fn a_damaged_body_is_an_error_when_it_is_read() {
     // And one that is replaced meanwhile.
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("00000.png"), &whole).unwrap();
-    let log = open_log(folder.path(), &options()).unwrap();
+    let log = open_log(folder.path(), &options(folder.path())).unwrap();
     fs::write(folder.path().join("00000.png"), &whole[..60]).unwrap();
     let error = log.reader().unwrap().read(0, &mut Scan::default()).unwrap_err().to_string();
     assert_says(&error, &["changed since it was opened", "60 now"]);
@@ -209,13 +211,13 @@ fn parts_are_the_same_images_and_bytes_are_counted() {
         fs::write(folder.path().join(format!("{k:05}.png")), encode_depth_png([12, 9], &values).unwrap())
             .unwrap();
     }
-    let whole = open_log(folder.path(), &options()).unwrap();
+    let whole = open_log(folder.path(), &options(folder.path())).unwrap();
     let (heads, scans) = (whole.bytes_read().unwrap(), read_all(&*whole));
     assert_eq!(heads, u64::from(images) * 33);
     assert_eq!(whole.bytes_read().unwrap(), heads + whole.summary().bytes);
     let ends: Vec<usize> = whole.groups().iter().map(|group| group.end).collect();
     assert_eq!(ends, [8, 16, 20]);
-    let outline = outline_log(folder.path(), &options()).unwrap();
+    let outline = outline_log(folder.path(), &options(folder.path())).unwrap();
     assert_eq!(outline.scans().iter().map(|scan| scan.bytes).sum::<u64>(), whole.summary().bytes);
     let part = outline.open(&[3, 7, 19]).unwrap();
     assert_eq!(part.summary().camera, whole.summary().camera);

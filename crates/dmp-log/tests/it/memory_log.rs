@@ -1,9 +1,8 @@
 use crate::common::{open, read_all, scan, scans, write_mcap};
 use dmp_log::{
-    FrameInfo, LogFormat, LogOptions, LogOutline, McapCompression, MemoryLog, MemoryLogFault, ScanLog as _,
-    outline_log,
+    FrameInfo, LogFormat, LogOptions, McapCompression, MemoryLog, MemoryLogFault, ScanLog as _, outline_log,
 };
-use dmp_sensor::{PinholeCamera, Scan};
+use dmp_sensor::Scan;
 
 #[test]
 fn scans_in_memory_are_those_of_a_file() {
@@ -37,16 +36,12 @@ fn a_part_in_memory_is_that_of_a_file() {
     let written = scans(20, 100, true);
     write_mcap(&path, &written, McapCompression::None);
     let file = outline_log(&path, &LogOptions::default()).unwrap();
-    let memory = LogOutline::of_memory(MemoryLog::new("drive", written.clone()).unwrap());
     let wanted = [2, 3, 11, 19];
-    for outline in [file, memory] {
-        assert_eq!(outline.scans().len(), 20);
-        assert_eq!(outline.period_ns(), Some(100_000_000));
-        for part in [outline.open(&wanted).unwrap(), Box::new(outline.load(&wanted).unwrap())] {
-            assert_eq!((0..4).map(|frame| part.number_in_log(frame)).collect::<Vec<_>>(), wanted);
-            assert_eq!(part.scans_in_log(), 20);
-            assert!(read_all(&*part).iter().eq(wanted.iter().map(|&k| &written[k])));
-        }
+    assert_eq!((file.scans().len(), file.period_ns()), (20, Some(100_000_000)));
+    for part in [file.open(&wanted).unwrap(), Box::new(file.load(&wanted).unwrap())] {
+        assert_eq!((0..4).map(|frame| part.number_in_log(frame)).collect::<Vec<_>>(), wanted);
+        assert_eq!(part.scans_in_log(), 20);
+        assert!(read_all(&*part).iter().eq(wanted.iter().map(|&k| &written[k])));
     }
 }
 
@@ -98,15 +93,14 @@ fn what_makes_no_log_is_refused() {
 }
 
 #[test]
-fn a_log_without_stamps_or_of_a_camera_is_taken_as_it_is() {
+fn a_log_without_stamps_is_taken_as_it_is() {
     let mut scans = scans(4, 10, false);
     scans.iter_mut().for_each(|scan| scan.stamp_ns = None);
-    let camera = PinholeCamera::new([5, 2], [4.0; 2], [2.0, 1.0], dmp_sensor::Distortion::NONE).unwrap();
-    let log = MemoryLog::new("rooms", scans).unwrap().with_camera(camera);
+    let log = MemoryLog::new("rooms", scans).unwrap();
     assert_eq!(log.frames()[0], FrameInfo { stamp_ns: None, returns: 10 });
     let summary = log.summary();
     assert_eq!((summary.span_ns, summary.period_ns, summary.middle_ns), (None, None, 0));
-    assert_eq!((summary.camera, summary.bytes), (Some(camera), 4 * 10 * 12));
+    assert_eq!(summary.bytes, 4 * 10 * 12);
     let error = log.reader().unwrap().read(4, &mut Scan::default()).unwrap_err().to_string();
     assert_eq!(error, "rooms: frame 4: the log has 4 scans");
 }

@@ -118,6 +118,6 @@ fn row_10_fields_that_make_no_sense_are_named() {
     refusals(
         |line| error(&write(&folder, format!("{}{line}\n", head.replace("POINTS 0", "POINTS 1")))),
         "",
-        &[("1 0 two 3 0", "line 12 | `two` in column 3"), ("1 0 2 ", "line 12 | `` in column 4")],
+        &[("1 0 two 3 0", "line 12 | `two` in column 3"), ("1.25 0.5 2.75 ", "line 12 | `` in column 4")],
     );
 }

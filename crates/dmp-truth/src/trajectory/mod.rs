@@ -13,7 +13,7 @@
 //!     let pose = |x: f64| Pose { position_m: Vector3::new(x, y, 0.0), ..Pose::identity() };
 //!     PosePath::new([0.0, 1.0, 2.0].map(pose).to_vec(), Some(vec![0.0, 0.1, 0.2]))
 //! };
-//! let prepared = Preparation::default().apply(path(0.0)?, path(0.5)?)?;
+//! let prepared = Preparation::default().apply(path(0.0)?, &path(0.5)?)?;
 //! let errors = absolute(&prepared.reference, &prepared.estimate, Relation::TranslationPart)?;
 //! assert_eq!(Statistics::of(&errors.values).map(|s| s.rmse), Some(0.5));
 //! # Ok::<(), dmp_truth::trajectory::CompareError>(())

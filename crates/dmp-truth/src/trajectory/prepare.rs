@@ -42,11 +42,11 @@ impl Preparation {
     ///
     /// # Errors
     /// As its steps.
-    pub fn apply(&self, mut reference: PosePath, estimate: PosePath) -> Result<Prepared, CompareError> {
+    pub fn apply(&self, mut reference: PosePath, estimate: &PosePath) -> Result<Prepared, CompareError> {
         if self.start_s.is_some() || self.end_s.is_some() {
             reference.cut(self.start_s, self.end_s)?;
         }
-        let (reference, mut estimate) = associate(&reference, &estimate, &self.matching)?;
+        let (reference, mut estimate) = associate(&reference, estimate, &self.matching)?;
         let moved_by = self.alignment.apply(&reference, &mut estimate)?;
         Ok(Prepared { reference, estimate, moved_by })
     }
@@ -111,7 +111,7 @@ mod tests {
         let with = |pose, scale, origin, left: &Pose, size: f64| {
             let alignment = Alignment { pose, scale, origin };
             let preparation = Preparation { alignment, ..Preparation::default() };
-            worst_m(&preparation.apply(path(&here, 1.0), path(left, size)).unwrap())
+            worst_m(&preparation.apply(path(&here, 1.0), &path(left, size)).unwrap())
         };
         assert!(with(false, false, false, &moved, 1.0) > 1.0);
         assert!(with(true, false, false, &moved, 1.0) < 1e-12);
@@ -128,9 +128,9 @@ mod tests {
             PosePath::new(poses, Some((0..count).map(|k| k as f64).collect())).unwrap()
         };
         let preparation = Preparation { start_s: Some(2.0), end_s: Some(5.0), ..Preparation::default() };
-        let prepared = preparation.apply(stamped(20), stamped(20)).unwrap();
+        let prepared = preparation.apply(stamped(20), &stamped(20)).unwrap();
         assert_eq!(prepared.estimate.stamps_s(), Some(&[2.0, 3.0, 4.0, 5.0][..]));
         let nothing = Preparation { start_s: Some(50.0), end_s: Some(60.0), ..Preparation::default() };
-        assert!(matches!(nothing.apply(stamped(20), stamped(20)), Err(CompareError::NoMatches { .. })));
+        assert!(matches!(nothing.apply(stamped(20), &stamped(20)), Err(CompareError::NoMatches { .. })));
     }
 }

@@ -45,7 +45,7 @@ pub fn rigid_alignment(
         alignment: Alignment { pose: true, ..Alignment::default() },
         ..Preparation::default()
     };
-    let prepared = preparation.apply(PosePath::of(reference)?, PosePath::of(estimate)?)?;
+    let prepared = preparation.apply(PosePath::of(reference)?, &PosePath::of(estimate)?)?;
     prepared.moved_by.map(|moved| moved.isometry()).ok_or(CompareError::NothingToAlign)
 }
 

@@ -86,7 +86,7 @@ fn runs_with_one_name_and_two_scores_get_the_names_of_their_reports() {
     twice[1].report.runs[0].warnings.push("slow".into());
     assert_eq!(joined(&twice).report.order, ["truth"]);
     parts[1].name = "td".into();
-    assert_eq!(refusal(&parts), "two runs would be called `td/truth`: give the results names of their own");
+    assert_eq!(refusal(&parts), "two runs would be called `td/truth`: give each result its own name");
     assert_eq!(refusal(&[]), "no result to compare");
 }
 
@@ -119,9 +119,9 @@ fn reports_of_places_are_refused() {
     let of_places = || serde_json::from_value(json.clone()).unwrap();
     let named = |name: &str, report| NamedReport { name: name.into(), file: format!("{name}.json"), report };
     let text = refusal(&[named("a", of_places()), named("b", of_places())]);
-    assert!(text.starts_with("a: a sample of places"), "{text}");
+    assert!(text.starts_with("a: it scored a sample of places"), "{text}");
     let text = refusal(&[named("a", whole()), named("b", of_places())]);
-    assert!(text.starts_with("b: a sample of places"), "{text}");
+    assert!(text.starts_with("b: it scored a sample of places"), "{text}");
 }
 
 #[test]

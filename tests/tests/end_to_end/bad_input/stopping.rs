@@ -45,6 +45,7 @@ const A_WHILE: Duration = Duration::from_secs(2);
 const STOPPED: &str = "error: stopped before the end";
 
 #[test]
+#[ignore = "nightly: many runs of long steps"]
 fn row_24_long_steps_stop_midway_and_leave_nothing() {
     let town = Town::new();
     town.make("simulate town -o town.mcap --truth truth.tum --scans 400 --quiet");
@@ -114,6 +115,7 @@ fn row_24_outputs_and_lists_that_are_pipes_wait_until_they_are_stopped() {
 }
 
 #[test]
+#[ignore = "nightly: up to a hundred runs"]
 fn row_24_what_is_asked_to_stop_twice_names_the_work_that_it_keeps() {
     let town = Town::new();
     let work = town.path("work");
@@ -147,6 +149,7 @@ pub(super) fn has_checkpoint(work: &Path) -> bool {
 }
 
 #[test]
+#[ignore = "nightly: a dozen stopped scores, each checked by another"]
 fn row_24_interrupts_leave_nothing_and_kills_nothing_that_counts() {
     let town = Town::new();
     let work = town.path("work");

@@ -79,7 +79,6 @@ impl Channels {
         matches!(opcode, op::SCHEMA | op::CHANNEL)
     }
 
-    /// Whether a channel is described.
     pub(super) fn knows(&self, id: u16) -> bool {
         self.by_id.contains_key(&id)
     }
@@ -97,7 +96,6 @@ impl Channels {
         self.unknown.iter().map(|(&id, &count)| (id, count))
     }
 
-    /// Every channel that is described.
     pub(super) fn described(&self) -> Vec<Channel> {
         self.by_id.values().map(|described| described.channel.clone()).collect()
     }

@@ -80,7 +80,6 @@ impl ChunkDecoder {
         Ok(&self.records)
     }
 
-    /// The first half of [`Self::decode`]: reads what is packed.
     pub(super) fn read(&mut self, source: &mut Source, at: u64, body_bytes: u64) -> Result<(), ChunkFault> {
         self.records.clear();
         self.head = ChunkHead::default();
@@ -116,7 +115,6 @@ impl ChunkDecoder {
         self.head.uncompressed_bytes.max(self.head.compressed_bytes)
     }
 
-    /// What its buffers take.
     pub(super) fn kept_bytes(&self) -> u64 {
         (self.packed.capacity() + self.records.capacity()) as u64
     }
@@ -142,7 +140,6 @@ impl ChunkDecoder {
         self.met_no_crc
     }
 
-    /// What was decoded last.
     pub(super) fn records(&self) -> &[u8] {
         &self.records
     }

@@ -5,8 +5,7 @@
 use super::chunk::ChunkFault;
 use super::message_index::{PassedOver, entries_of};
 use super::pass::Pass;
-use super::place::McapPlace;
-use super::records::{HEAD_BYTES, MAX_RECORD_BYTES, MESSAGE_HEAD_BYTES, Records, Source};
+use super::records::{HEAD_BYTES, MAX_RECORD_BYTES, MESSAGE_HEAD_BYTES, McapPlace, Records, Source};
 use std::io;
 
 impl Pass<'_, '_> {

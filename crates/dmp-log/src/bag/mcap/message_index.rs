@@ -7,13 +7,17 @@ const ENTRY_BYTES: usize = 16;
 
 /// What a pass over the heads keeps in mind.
 #[derive(Debug, Default)]
-pub(super) struct Heads {
+pub(in crate::bag) struct Heads {
     /// The chunk that was passed over last, while its index is met.
     pub(super) chunk: Option<PassedOver>,
-    pub(super) unindexed_chunks: u64,
-    pub(super) learnt_chunks: u64,
-    pub(super) loose_messages: u64,
-    pub(super) unnamed_messages: u64,
+    /// Chunks with messages and without a whole index: they were read.
+    pub(in crate::bag) unindexed_chunks: u64,
+    /// Chunks read to learn what the channels of their messages are.
+    pub(in crate::bag) learnt_chunks: u64,
+    /// Messages outside the chunks, which have no checksum of their own.
+    pub(in crate::bag) loose_messages: u64,
+    /// Messages that the summary counts and no index names.
+    pub(in crate::bag) unnamed_messages: u64,
 }
 
 /// A chunk and what its index says.
@@ -41,11 +45,6 @@ impl Heads {
         if let Some(chunk) = &mut self.chunk {
             chunk.is_doubtful = true;
         }
-    }
-
-    /// Compares what the summary counts with what was found.
-    pub(super) fn compare_count(&mut self, claimed: u64, found: u64) {
-        self.unnamed_messages = claimed.saturating_sub(found);
     }
 }
 

@@ -1,8 +1,7 @@
 //! Single messages of an MCAP file.
 
 use super::chunk::{ChunkDecoder, ChunkFault};
-use super::place::McapPlace;
-use super::records::{HEAD_BYTES, Source, split_message};
+use super::records::{HEAD_BYTES, McapPlace, Source, split_message};
 use crate::bag::basics::MessageFault;
 use crate::reads::ReadCount;
 use std::io;

@@ -2,8 +2,7 @@
 
 use super::channels::Channels;
 use super::pass::{Each, Pass};
-use super::place::Record;
-use super::records::Source;
+use super::records::{Record, Source};
 use crate::damage::DamageList;
 use crate::reads::ReadCount;
 use dmp_lengths::thousands;
@@ -13,9 +12,6 @@ use std::path::Path;
 
 /// Reads these records and nothing else, each once, with the same checks as a pass over everything; `known`
 /// are the channels of the whole file. Gives what is wrong in them, and where the records begin that give nothing.
-///
-/// # Errors
-/// When the file cannot be read, or has not `file_bytes` bytes any more.
 pub(in crate::bag) fn read_part(
     path: &Path,
     count: &ReadCount,

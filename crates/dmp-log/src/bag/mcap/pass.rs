@@ -5,8 +5,9 @@ use super::ahead::Ahead;
 use super::channels::Channels;
 use super::chunk::{ChunkDecoder, ChunkFault};
 use super::message_index::Heads;
-use super::place::McapPlace;
-use super::records::{HEAD_BYTES, MAX_RECORD_BYTES, MESSAGE_HEAD_BYTES, Records, Source, split_message};
+use super::records::{
+    HEAD_BYTES, MAX_RECORD_BYTES, MESSAGE_HEAD_BYTES, McapPlace, Records, Source, split_message,
+};
 use crate::Damage;
 use crate::bag::basics::{Channel, FileFound};
 use crate::damage::DamageList;
@@ -118,10 +119,8 @@ impl Pass<'_, '_> {
             Ok(()) => Ok(true),
             Err(ChunkFault::Io(error)) => Err(error),
             Err(ChunkFault::Damaged(problem)) => {
-                self.lost(
-                    at,
-                    format!("a chunk of {} bytes is damaged and skipped: {problem}", thousands(body_bytes)),
-                );
+                let bytes = thousands(body_bytes);
+                self.lost(at, format!("a chunk of {bytes} bytes is damaged and skipped: {problem}"));
                 Ok(false)
             }
         }
@@ -146,14 +145,11 @@ impl Pass<'_, '_> {
         }
         let rest = whole.rest();
         if rest > 0 {
-            self.lost(
-                at,
-                format!("the last {} bytes of the chunk are no whole record and are lost", thousands(rest)),
-            );
+            let rest = thousands(rest);
+            self.lost(at, format!("the last {rest} bytes of the chunk are no whole record and are lost"));
         }
     }
 
-    /// Reads a message outside the chunks.
     pub(super) fn message(&mut self, source: &mut Source, at: u64, body_bytes: u64) -> io::Result<()> {
         self.message_up_to(source, at, body_bytes, body_bytes)
     }

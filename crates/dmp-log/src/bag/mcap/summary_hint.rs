@@ -14,16 +14,11 @@ const FOOTER_BYTES: u64 = 20;
 pub(super) struct SummaryHint {
     /// Schema and channel records: type and body.
     pub(super) descriptions: Vec<(u8, Vec<u8>)>,
-    /// Where chunks begin.
     pub(super) chunks_at: BTreeSet<u64>,
-    /// Messages of the file.
     pub(super) messages: Option<u64>,
 }
 
 /// Reads the summary; nothing where there is none, or where its checksum is wrong or missing.
-///
-/// # Errors
-/// When the file cannot be read: that says nothing of what is there.
 pub(super) fn read(source: &mut Source) -> io::Result<SummaryHint> {
     let magic = mcap::MAGIC.len() as u64;
     let Some(footer_at) = source.length().checked_sub(HEAD_BYTES + FOOTER_BYTES + magic) else {

@@ -34,14 +34,7 @@ pub(in crate::bag) struct HeadsFound {
     pub(in crate::bag) found: FileFound,
     /// For [`super::read_part`].
     pub(in crate::bag) channels: Channels,
-    /// Chunks with messages and without a whole index: they were read.
-    pub(in crate::bag) unindexed_chunks: u64,
-    /// Chunks read to learn what the channels of their messages are.
-    pub(in crate::bag) learnt_chunks: u64,
-    /// Messages outside the chunks, which have no checksum of their own.
-    pub(in crate::bag) loose_messages: u64,
-    /// Messages that the summary counts and no index names.
-    pub(in crate::bag) unnamed_messages: u64,
+    pub(in crate::bag) heads: Heads,
 }
 
 /// Passes over the file: of a chunk its index is read, of a message outside the chunks its head. A chunk is
@@ -57,18 +50,10 @@ pub(in crate::bag) fn read_heads(
     pass.file(&mut source)?;
     let heads = pass.heads.take().unwrap_or_default();
     let (found, channels) = pass.found(&source);
-    Ok(HeadsFound {
-        found,
-        channels,
-        unindexed_chunks: heads.unindexed_chunks,
-        learnt_chunks: heads.learnt_chunks,
-        loose_messages: heads.loose_messages,
-        unnamed_messages: heads.unnamed_messages,
-    })
+    Ok(HeadsFound { found, channels, heads })
 }
 
 impl Pass<'_, '_> {
-    /// Goes through the whole file.
     fn file(&mut self, source: &mut Source) -> io::Result<()> {
         let hint = summary_hint::read(source)?;
         for (opcode, body) in &hint.descriptions {
@@ -79,7 +64,7 @@ impl Pass<'_, '_> {
         self.take_ahead()?;
         self.settle(source)?;
         if let (Some(heads), Some(messages)) = (&mut self.heads, hint.messages) {
-            heads.compare_count(messages, self.messages);
+            heads.unnamed_messages = messages.saturating_sub(self.messages);
         }
         Ok(())
     }
@@ -178,12 +163,8 @@ impl Pass<'_, '_> {
         let crc = hasher.finalize();
         self.data_crc_compared = true;
         if crc != claimed {
-            self.lost(
-                at,
-                format!(
-                    "the CRC of the data is {crc:08x}, the file says {claimed:08x}: some message is wrong"
-                ),
-            );
+            let crcs = format!("the CRC of the data is {crc:08x}, the file says {claimed:08x}");
+            self.lost(at, format!("{crcs}: some message is wrong"));
         }
         Ok(())
     }

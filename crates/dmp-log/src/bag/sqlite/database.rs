@@ -15,9 +15,7 @@ pub(in crate::bag) const MAGIC: &[u8] = b"SQLite format 3\0";
 /// Where a message is in the file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in crate::bag) struct RowPlace {
-    /// The row of the table.
     pub(in crate::bag) row: i64,
-    /// Bytes of the message.
     pub(in crate::bag) bytes: u64,
 }
 

@@ -8,7 +8,6 @@ use rusqlite::types::ValueRef;
 use std::io;
 use std::path::Path;
 
-/// Reads single messages of a file.
 #[derive(Debug)]
 pub(in crate::bag) struct SqliteMessages {
     connection: Connection,

@@ -9,21 +9,18 @@ use std::path::Path;
 
 use dmp_disk::OutputFile;
 
-use super::format::CloudFormat;
+use super::read::CloudFormat;
 use crate::LogError;
 pub(crate) use column::{Column, Number};
 use las_rows::LasRows;
 
-/// Bytes gathered before they are written.
 const BUFFER_BYTES: usize = 1 << 18;
 
-/// What a table holds.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Table<'a> {
     pub(crate) format: CloudFormat,
     /// What stands beside the places.
     pub(crate) columns: &'a [Column],
-    /// How many rows there will be.
     pub(crate) points: u64,
     /// A place not far from all others: LAS counts steps from it.
     pub(crate) near_m: [f64; 3],
@@ -50,8 +47,6 @@ enum Output {
 }
 
 impl TableWriter {
-    /// # Errors
-    /// When the file cannot be made.
     pub(crate) fn create(path: &Path, table: &Table<'_>) -> Result<Self, LogError> {
         let &Table { format, columns, points, near_m, comment } = table;
         let output = OutputFile::create(path).map_err(|e| LogError::io(path, "write", e))?;
@@ -81,9 +76,6 @@ impl TableWriter {
 
     /// Writes the next row: a place, a time for formats that have one of their own, seconds, and the columns' numbers
     /// one after the other, lowest byte first.
-    ///
-    /// # Errors
-    /// When it cannot be written, or lies too far from the first for a LAS file.
     pub(crate) fn write(&mut self, point_m: [f64; 3], time_s: f64, columns: &[u8]) -> Result<(), LogError> {
         self.written += 1;
         let written = match &mut self.out {
@@ -104,9 +96,6 @@ impl TableWriter {
     }
 
     /// Gives the file its name.
-    ///
-    /// # Errors
-    /// When the end cannot be written, or there were not as many rows as promised.
     pub(crate) fn finish(self) -> Result<(), LogError> {
         let Self { output, out, promised, written } = self;
         let target = output.target().to_path_buf();

@@ -6,7 +6,7 @@ use crate::laz::reader::LazReader;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::io::Cursor;
 
-fn pool(threads: usize) -> ThreadPool {
+pub(super) fn pool(threads: usize) -> ThreadPool {
     ThreadPoolBuilder::new().num_threads(threads).build().unwrap()
 }
 
@@ -72,20 +72,6 @@ fn large_chunks_are_not_set_aside() {
     assert_eq!(compare(&made.file(), &pool(2), "a large chunk"), 0);
 }
 
-/// The offset to the table at the end of the file, and no table at all.
-#[test]
-fn a_table_that_is_elsewhere_or_nowhere_makes_no_difference() {
-    let mut file = Made::new(6, 0, 4000, 5).file();
-    let data_at = check(&file).unwrap().data_at as usize;
-    let offset: [u8; 8] = file[data_at..data_at + 8].try_into().unwrap();
-    file[data_at..data_at + 8].fill(0xff);
-    file.extend(offset);
-    assert_eq!(compare(&file, &pool(2), "the table's place is at the end"), 0);
-    let end = file.len() - 8;
-    file[end..].fill(0xff);
-    assert_eq!(compare(&file, &pool(2), "there is no table"), 3);
-}
-
 /// One chunk in the middle is damaged: what comes before and behind it is read.
 #[test]
 fn a_broken_chunk_costs_the_same_points() {
@@ -121,28 +107,4 @@ fn damage_is_named_in_the_same_words() {
         println!("format {format}: {errors} errors");
         assert!(errors > 50);
     }
-}
-
-/// Reading that goes elsewhere, back or beyond the end.
-#[test]
-fn points_are_found_in_any_order() {
-    let made = Made { chunk: None, ..Made::new(6, 0, 10_000, 8) };
-    let file = made.file();
-    let layout = check(&file).unwrap().laz.unwrap();
-    let record_bytes = usize::from(made.record_bytes);
-    pool(2).install(|| {
-        let mut ahead = LazReader::new(Cursor::new(&file), layout.clone());
-        ahead.go_ahead();
-        let mut one_by_one = LazReader::new(Cursor::new(&file), layout);
-        let mut random = Random(4);
-        for _ in 0..300 {
-            let (first, count) = (random.below(10_001), random.below(1500) as usize + 1);
-            let read = |reader: &mut LazReader<_>| {
-                let mut records = vec![0; count * record_bytes];
-                reader.seek(first);
-                reader.read(&mut records).map(|()| records).map_err(|e| e.to_string())
-            };
-            assert_eq!(read(&mut ahead), read(&mut one_by_one));
-        }
-    });
 }

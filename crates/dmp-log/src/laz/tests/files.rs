@@ -25,13 +25,11 @@ impl Random {
         self.next() % end
     }
 
-    /// One in `n`.
     fn once_in(&mut self, n: u64) -> bool {
         self.below(n) == 0
     }
 }
 
-/// A file to be made.
 pub(super) struct Made {
     pub(super) format: u8,
     pub(super) items: Vec<LazItem>,
@@ -42,7 +40,6 @@ pub(super) struct Made {
 }
 
 impl Made {
-    /// Random points of a format.
     pub(super) fn new(format: u8, extra: u16, points: usize, seed: u64) -> Self {
         let items = LazItemRecordBuilder::default_for_point_format_id(format, extra).unwrap();
         let record_bytes = FORMAT_BYTES[usize::from(format)] + extra;
@@ -54,7 +51,6 @@ impl Made {
         self.records.len() / usize::from(self.record_bytes)
     }
 
-    /// The file, compressed.
     pub(super) fn file(&self) -> Vec<u8> {
         let vlr = LazVlrBuilder::default().with_laz_items(self.items.clone());
         let vlr = match self.chunk {

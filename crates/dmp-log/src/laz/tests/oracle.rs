@@ -1,5 +1,6 @@
 //! Places and times are those that the crate `laz` decodes, to the bit.
 
+use super::ahead::pool;
 use super::files::{Made, Random, check, decode, decode_by_laz, wanted};
 use crate::laz::reader::LazReader;
 use laz::LazItemRecordBuilder;
@@ -105,19 +106,27 @@ fn points_are_found_in_any_order() {
         let file = made.file();
         let expected = decode(&file).unwrap();
         let layout = check(&file).unwrap().laz.unwrap();
-        let mut reader = LazReader::new(Cursor::new(&file), layout);
-        let mut random = Random(4);
         let record_bytes = usize::from(made.record_bytes);
-        for _ in 0..300 {
-            let first = random.below(10_000) as usize;
-            let count = (random.below(1500) as usize + 1).min(10_000 - first);
-            let mut records = vec![0; count * record_bytes];
-            reader.seek(first as u64);
-            reader.read(&mut records).unwrap();
-            assert_eq!(records[..], expected[first * record_bytes..(first + count) * record_bytes]);
+        for is_ahead in [false, true] {
+            pool(2).install(|| {
+                let mut reader = LazReader::new(Cursor::new(&file), layout.clone());
+                if is_ahead {
+                    reader.go_ahead();
+                }
+                let mut random = Random(4);
+                for _ in 0..300 {
+                    let first = random.below(10_000) as usize;
+                    let count = (random.below(1500) as usize + 1).min(10_000 - first);
+                    let mut records = vec![0; count * record_bytes];
+                    reader.seek(first as u64);
+                    reader.read(&mut records).unwrap();
+                    assert_eq!(records[..], expected[first * record_bytes..(first + count) * record_bytes]);
+                }
+                reader.seek(10_000);
+                let beyond = reader.read(&mut vec![0; record_bytes]).unwrap_err().to_string();
+                assert!(beyond.contains("no point 10000"), "{beyond}");
+            });
         }
-        reader.seek(10_000);
-        assert!(reader.read(&mut vec![0; record_bytes]).unwrap_err().to_string().contains("no point 10000"));
     }
 }
 

@@ -29,14 +29,20 @@ pub(crate) struct Format {
     /// Where the damaged file is in a folder, and what is beside it.
     file: &'static str,
     beside: Vec<(String, Vec<u8>)>,
-    reader: fn(&Path, &Path, u64) -> Answer,
+    reader: Reader,
 }
+
+/// Reads a file in a folder; the number of the run says with which options.
+type Reader = fn(&Path, &Path, u64) -> Answer;
+
+/// Name, form, file, good bytes, and what is beside them.
+type InFolder<'a> = (&'a str, Form, &'a str, Vec<u8>, &'a [(&'a str, Vec<u8>)]);
 
 impl Format {
     fn new(
         name: impl Into<String>,
         form: Form,
-        (file, reader): (&'static str, fn(&Path, &Path, u64) -> Answer),
+        (file, reader): (&'static str, Reader),
         seeds: Vec<Vec<u8>>,
     ) -> Self {
         Self { name: name.into(), form, seeds, checksums: Checksums::None, file, beside: Vec::new(), reader }
@@ -159,7 +165,7 @@ fn folders() -> Vec<Format> {
     ];
     let list = "# depth maps\r\n0.5 depth/0.png\r\n1.5\tdepth/1.png\r\n";
     let dated = "2011-09-26 13:02:25.964389445\n2011-09-26 13:02:26.067\n";
-    let beside: [(&str, Form, &str, Vec<u8>, &[(&str, Vec<u8>)]); 5] = [
+    let beside: [InFolder<'static>; 5] = [
         ("depth_list", Form::Text, "depth.txt", list.into(), &images),
         ("camera", Form::Json, "camera.json", camera(), &images),
         ("bin_times", Form::Bytes, "times/1.f32", seeds::bin_times(), &scans),

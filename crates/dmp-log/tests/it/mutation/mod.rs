@@ -27,7 +27,7 @@ const FORMAT: &str = "DMP_FORMAT";
 /// Address space of a child. The process alone has 80 MiB, damage up to 300 MiB; no format needs more than 20 beside them.
 const ADDRESS_SPACE_KIB: u64 = 512 << 10;
 /// How long the files of a format may take in all. Each takes about a millisecond.
-const MOST: Duration = Duration::from_secs(300);
+const MOST: Duration = Duration::from_mins(5);
 
 fn number(name: &str) -> Option<u64> {
     env::var(name).ok().map(|number| number.parse().unwrap())
@@ -95,7 +95,9 @@ fn child() {
         };
         for scan in &answer.scans {
             assert!(scan.time_offsets_ns.is_empty() || scan.time_offsets_ns.len() == scan.len());
-            let is_known = !(is_promised && is_guarded) || good.iter().any(|good| bits(good) == bits(scan));
+            // Without times of points, as the good files were read.
+            let same = |good: &Scan| (good.stamp_ns, bits(good).1) == (scan.stamp_ns, bits(scan).1);
+            let is_known = !(is_promised && is_guarded) || good.iter().any(same);
             assert!(is_known, "it is no scan of the good files");
         }
         scans += answer.scans.len();
@@ -148,8 +150,8 @@ fn failing(how: &str) -> fn(&Path, &Path, u64) -> Answer {
             })
         },
         "hangs" => |_, _, run| {
-            while run == 7 {
-                thread::sleep(Duration::from_secs(1));
+            if run == 7 {
+                thread::sleep(Duration::from_hours(1));
             }
             Answer::from(Ok(()))
         },

@@ -53,19 +53,19 @@ fn parts_are_the_same_scans() {
     assert_parts(&path, &LogOptions { point_time: PointTime::Ignore, ..LogOptions::default() });
 }
 
-/// Of a file of 20 MB 25 % of the scans: what is read of it.
+/// Of a file of 100 MB 5 % of the scans: what is read of it.
 #[test]
 fn a_part_is_read_and_nothing_else() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("log.mcap");
-    write_chunks(&path, (0..200).map(|k| scan(k, 8000, false)), 200_000);
+    write_chunks(&path, (0..1000).map(|k| scan(k, 8000, false)), 200_000);
     let file_bytes = fs::metadata(&path).unwrap().len();
     let outline = outline_log(&path, &LogOptions::default()).unwrap();
     assert_eq!(outline.bytes(), file_bytes);
     let to_outline = outline.bytes_read().unwrap();
     assert!(to_outline < file_bytes / 20, "{to_outline} of {file_bytes}");
 
-    let wanted: Vec<usize> = (60..85).chain(140..165).collect();
+    let wanted: Vec<usize> = (300..325).chain(700..725).collect();
     let groups: std::collections::BTreeMap<u32, u64> =
         wanted.iter().map(|&number| (outline.scans()[number].group, outline.scans()[number].bytes)).collect();
     let in_groups: u64 = groups.values().sum();
@@ -73,7 +73,7 @@ fn a_part_is_read_and_nothing_else() {
     let to_open = part.bytes_read().unwrap() - to_outline;
     // A buffer for each chunk beside it.
     assert!((in_groups..in_groups + 8192 * groups.len() as u64).contains(&to_open), "{to_open} {in_groups}");
-    assert!(to_outline + to_open < file_bytes / 3, "{to_outline} {to_open} of {file_bytes}");
+    assert!(to_outline + to_open < file_bytes / 10, "{to_outline} {to_open} of {file_bytes}");
     scans_of(&*part);
     let to_read = part.bytes_read().unwrap() - to_open - to_outline;
     assert!((in_groups..in_groups + 8192 * groups.len() as u64).contains(&to_read), "{to_read} {in_groups}");
