@@ -29,11 +29,9 @@ fn a_simulated_log_with_moving_sensor_times() {
         comparable(&report)
     };
     let reference = variant(1, LEAST, FrameOrder::Log);
-    for (threads, memory_bytes, order) in [
-        (3, LEAST, FrameOrder::Shuffled(9)),
-        (2, 64 * MIB, FrameOrder::Log),
-        (3, usize::MAX / 2, FrameOrder::Shuffled(4)),
-    ] {
+    for (threads, memory_bytes, order) in
+        [(3, LEAST, FrameOrder::Shuffled(9)), (3, usize::MAX / 2, FrameOrder::Shuffled(4))]
+    {
         let other = variant(threads, memory_bytes, order);
         assert_eq!(other, reference, "{threads} threads, {memory_bytes} bytes, {order:?}");
     }

@@ -32,14 +32,25 @@ fn estimates() -> String {
 
 #[test]
 fn dmp_orders_the_five_estimates_of_a_room_as_their_truth_does() {
-    for seed in [1, 3, 4, 5] {
+    estimates_are_ordered(&[1]);
+}
+
+#[test]
+#[ignore = "nightly: rooms of three further seeds"]
+fn dmp_orders_the_estimates_of_other_rooms_too() {
+    estimates_are_ordered(&[3, 4, 5]);
+}
+
+fn estimates_are_ordered(seeds: &[u64]) {
+    for &seed in seeds {
         let folder = tempfile::tempdir().unwrap();
         simulate(folder.path(), seed);
         let read = |file: &str| read_trajectory(&folder.path().join("room").join(file)).unwrap().trajectory;
         let truth = read("groundtruth.txt");
         let ates = ESTIMATES.map(|name| ate_rmse_m(&read(&format!("estimates/{name}.txt")), &truth));
         assert!(ates.is_sorted_by(|a, b| a < b), "room {seed}: {ates:?}");
-        let score = json(folder.path(), &format!("score room {} --json -q", estimates()));
+        let score =
+            json(folder.path(), &format!("score room {} --trust --drift=none --json -q", estimates()));
         for path in ["/dmp_sum_m2", "/dmp_mean_m2", "/r_cv_m2/1"] {
             let of_run = |run: &Value| run.pointer(path).and_then(Value::as_f64).unwrap();
             let values: Vec<f64> = score["runs"].as_array().unwrap().iter().map(of_run).collect();
@@ -78,7 +89,10 @@ fn a_map_in_pieces_deceives_the_plain_sum_and_not_the_cross_validated_one() {
         writeln!(torn, "{} {} {}", pose[0], x_m + 100.0 * piece as f64, pose[2..].join(" ")).unwrap();
     }
     std::fs::write(folder.path().join("torn.txt"), torn).unwrap();
-    let report = json(folder.path(), "score room -t room/estimates/odometry.txt -t torn.txt --json -q");
+    let report = json(
+        folder.path(),
+        "score room -t room/estimates/odometry.txt -t torn.txt --trust --drift=none --json -q",
+    );
     let [odometry, torn] = [0, 1].map(|run| &report["runs"][run]);
     let of = |run: &Value, key: &str| run[key].as_f64().unwrap();
     // An error of a hundred metres against 0.08 m, and yet the paper's sum is much lower.
@@ -93,6 +107,7 @@ fn a_map_in_pieces_deceives_the_plain_sum_and_not_the_cross_validated_one() {
 }
 
 #[test]
+#[ignore = "nightly: a ranking of the loops of a walk"]
 fn loops_of_a_walk_through_a_room_are_ranked_true_ones_first() {
     let folder = tempfile::tempdir().unwrap();
     simulate(folder.path(), 1);

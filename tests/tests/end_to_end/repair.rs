@@ -13,7 +13,7 @@ use crate::common::{
 
 /// Two laps round a block.
 fn laps() -> (Vec<Scan>, Trajectory) {
-    let lidar = LidarOptions { azimuth_steps: 300, rate_hz: 4.0, ..LidarOptions::with_beams(16) };
+    let lidar = LidarOptions { azimuth_steps: 200, rate_hz: 4.0, ..LidarOptions::with_beams(16) };
     let route = Route::TwoLaps;
     recorded(&RecordingOptions { seed: 4, scans: 400, route, speed_m_s: 8.0, traffic: 2, lidar })
 }
@@ -32,6 +32,7 @@ fn rise_m(repair: &Repair, run: &Trajectory, truth: &Trajectory) -> f64 {
 }
 
 #[test]
+#[ignore = "nightly: repairs of two runs"]
 fn a_run_that_drifts_comes_five_times_as_near_and_a_right_one_stays() {
     let (scans, truth) = laps();
     let log = MemoryLog::new("laps", scans).unwrap();
@@ -110,7 +111,7 @@ fn the_command_writes_what_is_better_and_nothing_else() {
     write(path, "kept.tum", "what was there before");
     has(
         &done(path, "repair straight.mcap -t run.tum -o kept.tum --quiet"),
-        &["no place", "kept.tum is not written"],
+        &["no revisit", "kept.tum is not written"],
     );
     assert_eq!(std::fs::read_to_string(path.join("kept.tum")).unwrap(), "what was there before");
 }

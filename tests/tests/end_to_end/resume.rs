@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use dmp::{Config, EvaluateError, Progress, Report, Run, ScoredReturns, Sink, Watch, evaluate};
 
 use crate::common::{
-    SMALL_CHUNK, comparable, dmp_command, done, drift, noise, open, runs_of, scores, small_town, text,
+    SMALL_CHUNK, comparable, dmp_command, done, drift, noise, open, plain, runs_of, scores, small_town, text,
     town_in, write_chunks,
 };
 
@@ -57,7 +57,7 @@ fn an_evaluation_in_many_pieces_is_the_one_in_one_piece() {
     write_chunks(&path, &scans, SMALL_CHUNK);
     let runs = runs_of(&truth, &[("noise", noise(0.05, 0.2)), ("drift", drift(1.0))]);
     for (free_space, every) in [(true, 0), (false, 3600)] {
-        let config = Config { free_space, memory_bytes: 32 << 20, per_tile: true, ..Config::default() };
+        let config = Config { free_space, memory_bytes: 32 << 20, per_tile: true, ..plain() };
         let whole = evaluate(open(&path).as_ref(), &runs, &config, ()).unwrap();
         let pieces = Config {
             work_folder: folder.path().to_path_buf(),
@@ -65,8 +65,8 @@ fn an_evaluation_in_many_pieces_is_the_one_in_one_piece() {
             resume: true,
             ..config
         };
-        let (report, stops) = in_pieces(&path, &runs, &pieces, 25_000);
-        assert!(stops > 4, "{stops} stops");
+        let (report, stops) = in_pieces(&path, &runs, &pieces, 60_000);
+        assert!(stops > 2, "{stops} stops");
         assert_eq!(comparable(&report), comparable(&whole));
         let names = fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().file_name());
         assert_eq!(names.collect::<Vec<_>>(), ["town.mcap"], "nothing is left behind");

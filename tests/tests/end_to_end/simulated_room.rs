@@ -48,7 +48,10 @@ fn a_room_is_read_back_with_its_truth_and_its_estimates_score_in_their_order() {
     }
 
     let runs: Vec<String> = ESTIMATES.iter().map(|name| format!("-t room/estimates/{name}.txt")).collect();
-    let report = json(&made.folder, &format!("score room {} --voxel 0.1 --min-range 0.3 -q", runs.join(" ")));
+    let report = json(
+        &made.folder,
+        &format!("score room {} --voxel 0.1 --min-range 0.3 --trust --drift=none -q", runs.join(" ")),
+    );
     let order = report["order"].to_string();
     let place = |name: &str| order.find(&format!("\"{name}\"")).unwrap();
     assert!(place("good") < place("off") && place("another") < place("off"), "{order}");

@@ -9,7 +9,7 @@ use crate::common::{comparable, drift, noise, open, plain, recorded, runs_of, sc
 use crate::direct::{self, VOXEL_M};
 
 fn street(scans: usize, traffic: usize) -> (Vec<Scan>, Trajectory) {
-    let lidar = LidarOptions { azimuth_steps: 180, rate_hz: 5.0, ..LidarOptions::with_beams(16) };
+    let lidar = LidarOptions { azimuth_steps: 120, rate_hz: 5.0, ..LidarOptions::with_beams(16) };
     recorded(&RecordingOptions { seed: 2, scans, route: Route::Loop, speed_m_s: 7.0, traffic, lidar })
 }
 

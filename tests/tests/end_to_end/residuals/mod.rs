@@ -104,7 +104,7 @@ fn every_format_holds_the_same_whatever_the_threads() {
         fs::create_dir(path).unwrap();
         for format in formats {
             let tables = if format == "ply" { "--per-frame frames.csv --per-tile tiles.csv" } else { "" };
-            done(path, &format!("{TWO} --sample 10 --residuals out.{format} {tables} --threads {threads}"));
+            done(path, &format!("{TWO} --every 10 --residuals out.{format} {tables} --threads {threads}"));
         }
     }
     let mut names: Vec<_> = fs::read_dir(&one).unwrap().map(|entry| entry.unwrap().file_name()).collect();

@@ -33,7 +33,7 @@ fn any_number_of_parts_gives_the_bits_of_one_process() {
     // As tables, and with gates.
     let gate = "--expect drift:R_cv_10<1mm --quiet";
     let output = ends(folder, &format!("shard reduce work-0 {gate}"), 4);
-    assert_eq!(output.stdout, dmp(folder, &format!("score {TOWN} {gate}")).stdout);
+    assert_eq!(output.stdout, dmp(folder, &format!("score {TOWN} -t again=truth.tum {gate}")).stdout);
 }
 
 #[test]
@@ -217,7 +217,7 @@ fn what_needs_a_whole_score_is_refused_in_parts() {
     town_in(folder);
     for (options, words) in [
         ("--free-space", ["free-space in parts", "two more passes"]),
-        ("--decide", ["decide in parts", "when all parts are done"]),
+        ("--decide", ["decide in parts", "results of all parts"]),
         ("--quick", ["--quick in parts", "`dmp score` does it"]),
         ("--report a.html", ["--report in parts", "single returns"]),
         ("--scene a.mcap", ["--scene in parts", "single returns"]),
