@@ -107,7 +107,7 @@ fn pages(folder: &Path) -> Vec<Shown> {
             ("region", "Worst places"),
             ("image", "Place 1 of truth from above"),
             ("image", "Place 1 of truth from the side"),
-            ("region", "What went in"),
+            ("region", "Inputs and settings"),
             ("heading", "The settings"),
             ("button", "Data as JSON"),
             ("button", "CSV"),

@@ -15,7 +15,7 @@ use dmp_sim::{CityOptions, CityRecording, LidarOptions};
 use serde_json::Value;
 
 use crate::common::{
-    SMALL_CHUNK, TWO, comparable, drift, ends, has, json, misused, noise, once, open, plain, runs_of,
+    SMALL_CHUNK, comparable, drift, ends, has, json, misused, noise, open, plain, runs_of,
     save_tum, scores, text, write_chunks, write_mcap,
 };
 

@@ -114,16 +114,16 @@ impl<'a> Tree<'a> {
                 }
                 TokenTree::Ident(_) if here == "mod" && is_top => {
                     let inner = folder.join(&next);
+                    let places = [inner.with_extension("rs"), inner.join("mod.rs")];
                     let child = if let Some(TokenTree::Group(group)) = tokens.get(k + 1) {
                         let file = self.modules[id].file.clone();
-                        self.read_module(&file, &inner, Some(id), group.stream())
+                        Some(self.read_module(&file, &inner, Some(id), group.stream()))
                     } else {
-                        let places = [inner.with_extension("rs"), inner.join("mod.rs")];
+                        // One that lies elsewhere, by its `#[path]`, is no file of the package.
                         let file = places.into_iter().find(|file| self.sources.contains_key(file));
-                        let file = file.unwrap_or_else(|| panic!("no file of module {}", inner.display()));
-                        self.read_file(&file, &inner, Some(id))
+                        file.map(|file| self.read_file(&file, &inner, Some(id)))
                     };
-                    self.modules[id].children.insert(next, child);
+                    self.modules[id].children.extend(child.map(|child| (next, child)));
                     k += 2;
                 }
                 TokenTree::Ident(_) if colons == 2 && path.is_empty() => path.push(String::new()),

@@ -218,7 +218,7 @@ fn what_needs_a_whole_score_is_refused_in_parts() {
     for (options, words) in [
         ("--free-space", ["free-space in parts", "two more passes"]),
         ("--decide", ["decide in parts", "results of all parts"]),
-        ("--quick", ["--quick in parts", "`dmp score` does it"]),
+        ("--quick", ["--quick in parts", "use `dmp score`"]),
         ("--report a.html", ["--report in parts", "single returns"]),
         ("--scene a.mcap", ["--scene in parts", "single returns"]),
         ("--residuals a.laz", ["--residuals in parts", "single returns"]),
