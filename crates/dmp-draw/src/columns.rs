@@ -122,10 +122,11 @@ pub fn legend(report: &Report, shown: &[&str]) -> Vec<(&'static str, String)> {
     let mut columns: Vec<&ScoreColumn> = ranking.columns.iter().collect();
     columns.dedup_by_key(|column| column.column.name);
     for (place, column) in columns.into_iter().map(|column| column.column).enumerate() {
-        let mut meaning = column.definition(Some(report.config.scales));
-        if place == 0 {
-            meaning.push_str(&format!("; less is better. {}", truncations(report, column)));
-        }
+        let meaning = column.definition(Some(report.config.scales));
+        let meaning = match place {
+            0 => format!("{meaning}; less is better. {}", truncations(report, column)),
+            _ => meaning,
+        };
         all.push((column.name, meaning));
     }
     let sure = confidence(report.promise.confidence);
@@ -141,18 +142,18 @@ pub fn legend(report: &Report, shown: &[&str]) -> Vec<(&'static str, String)> {
 fn truncations(report: &Report, column: &Column) -> String {
     let shown: Vec<f64> = column.shown(report).into_iter().flatten().collect();
     let [widest_m, .., finest_m] = shown.as_slice() else { return String::new() };
-    let mut text = format!(
+    let text = format!(
         "Residuals are truncated at the length in the head: {widest_m} m shows whether the map fits together, {finest_m} m how \
          sharp it is."
     );
-    if report.is_cross_validated() {
-        let miss_m = widest_m * report.config.miss_price.sqrt();
-        let decimals = if *widest_m >= 10.0 { 1 } else { 2 };
-        text.push_str(&format!(
-            " A ray without such a surface counts {miss_m:.decimals$} m at {widest_m} m; smaller truncations exclude it."
-        ));
+    if !report.is_cross_validated() {
+        return text;
     }
-    text
+    let miss_m = widest_m * report.config.miss_price.sqrt();
+    let decimals = if *widest_m >= 10.0 { 1 } else { 2 };
+    format!(
+        "{text} A ray without such a surface counts {miss_m:.decimals$} m at {widest_m} m; smaller truncations exclude it."
+    )
 }
 
 /// The names of the columns of which more is better.

@@ -107,7 +107,7 @@ pub(crate) trait Cell: Copy + Default {
 pub(crate) struct Cells<T> {
     pub(crate) grid: Grid,
     cut_m: f64,
-    cells: Vec<T>,
+    values: Vec<T>,
 }
 
 /// Residuals of one run, by cells of its world.
@@ -118,25 +118,25 @@ pub(crate) type Difference = Cells<Both>;
 
 impl<T: Cell> Cells<T> {
     pub(crate) fn new(grid: Grid, scales: Scales) -> Self {
-        Self { grid, cut_m: cut_m(scales), cells: vec![T::default(); grid.columns * grid.rows] }
+        Self { grid, cut_m: cut_m(scales), values: vec![T::default(); grid.columns * grid.rows] }
     }
 
     fn cell_at(&mut self, at_m: [f64; 2]) -> Option<&mut T> {
-        self.grid.cell_of(at_m).map(|cell| &mut self.cells[cell])
+        self.grid.cell_of(at_m).map(|cell| &mut self.values[cell])
     }
 
     /// Without the margins in which too few returns lie.
     pub(crate) fn trimmed(self) -> Self {
-        let (ends, grid) = self.grid.around_shown(|cell| self.cells[cell].returns() >= FEWEST);
-        let cells = self.grid.cells_of(&self.cells, ends[0], &grid);
-        Self { grid, cells, ..self }
+        let (ends, grid) = self.grid.around_shown(|cell| self.values[cell].returns() >= FEWEST);
+        let values = self.grid.cells_of(&self.values, ends[0], &grid);
+        Self { grid, values, ..self }
     }
 
     /// A pixel a cell, y upwards.
     fn image(&self, colour: impl Fn(&T) -> Option<u8>) -> Image {
         let Grid { columns, rows, .. } = self.grid;
         let mut image = Image::new(columns, rows);
-        for (cell, colour) in self.cells.iter().map(colour).enumerate() {
+        for (cell, colour) in self.values.iter().map(colour).enumerate() {
             if let Some(colour) = colour {
                 image.set((cell % columns) as i32, (rows - 1 - cell / columns) as i32, colour);
             }
@@ -179,7 +179,7 @@ impl Ground {
 
     /// Roots of mean squares of all cells that have one.
     pub(crate) fn rms_of_cells(&self) -> impl Iterator<Item = f64> + '_ {
-        self.cells.iter().filter_map(Residuals::rms_m)
+        self.values.iter().filter_map(Residuals::rms_m)
     }
 
     /// Colours of residuals, the worst at `top_m`.
@@ -232,7 +232,7 @@ impl Difference {
 
     /// Sizes of the differences of all cells that have one.
     pub(crate) fn sizes_m(&self) -> impl Iterator<Item = f64> + '_ {
-        self.cells.iter().filter_map(Both::difference_m).map(f64::abs)
+        self.values.iter().filter_map(Both::difference_m).map(f64::abs)
     }
 
     /// Colours from the first's side, at `top_m`, to the second's.

@@ -106,7 +106,7 @@ pub(super) const ROWS: &[Row] = &[
             let whole = town.read("truth.dmpmap");
             let refused = |number: usize, map: &[u8], words: &str| {
                 town.write(&format!("{number}.dmpmap"), map);
-                town.line(format!("score town.mcap -t truth.tum --map {number}.dmpmap => 1 {number}.dmpmap | {words}"));
+                town.line(format!("score town.mcap -t truth.tum --map {number}.dmpmap => 1 {number}.dmpmap{words}"));
             };
             for (number, length) in [0, 7, 40, whole.len() / 2, whole.len() - 1].into_iter().enumerate() {
                 refused(number, &whole[..length], "");
@@ -116,11 +116,11 @@ pub(super) const ROWS: &[Row] = &[
             for (number, at) in places.into_iter().enumerate() {
                 let mut flipped = whole.clone();
                 flipped[at] ^= 0x10;
-                refused(10 + number, &flipped, if number < 3 { "tile " } else { "" });
+                refused(10 + number, &flipped, if number < 3 { " | tile " } else { "" });
             }
             let mut newer = whole;
             newer[8] += 1;
-            refused(20, &newer, "version 3");
+            refused(20, &newer, " | version 3");
         },
         lines: "
             score town.mcap -t truth.tum --map truth.dmpmap => 0 runs/0/map = \"truth.dmpmap\"",
@@ -129,16 +129,16 @@ pub(super) const ROWS: &[Row] = &[
         number: 31,
         made: logs_without_checksums,
         lines: "
-            score town.mcap => 0 has_checksums = true; warnings lacks unlike the others
+            score town.mcap => 0 has_checksums = true; warnings lacks from the others
             score @/town.mcap -t @/truth.tum -t @/drift.tum --quick=100% => 0 has_checksums = true
             score long.mcap -t @/truth.tum -t @/drift.tum --quick=100% => 0 has_checksums = false
             score town.mcap --map truth=map.laz --voxel 1.5 => 0 runs/0/map_notes: no checksums
             score town.mcap --map truth=map.dmpmap => 0 runs/0/map_notes lacks no checksums
-            score foreign => 0 warnings: 1 scan is unlike | scan 12 has | ranges below 1 mm or above 100 km
-            score lost => 0 warnings: 1 scan is unlike | scan 12 has | are usual
-            score row-foreign => 0 warnings: 4 scans are unlike the others | scans 10 to 13 | have up to
-            score row-lost => 0 warnings: 4 scans are unlike the others | scans 10 to 13 | have down to | are usual
-            score row-far => 0 warnings: 4 scans are unlike the others | scans 10 to 13 | have ranges beyond
+            score foreign => 0 warnings: 1 scan differs | scan 12 has | ranges below 1 mm or above 100 km
+            score lost => 0 warnings: 1 scan differs | scan 12 has | are usual
+            score row-foreign => 0 warnings: 4 scans differ from the others | scans 10 to 13 | have up to
+            score row-lost => 0 warnings: 4 scans differ from the others | scans 10 to 13 | have down to | are usual
+            score row-far => 0 warnings: 4 scans differ from the others | scans 10 to 13 | have ranges beyond
             score frozen => 0 warnings: scans 12 to 13 hold the same as scan 11 | scan 20 holds the same as scan 3:
             score frozen.mcap => 0 warnings: scans 12 to 13 hold the same as scan 11 | scan 20 holds the same as scan 3:",
     },

@@ -281,7 +281,7 @@ fn row_30_results_hold_no_paths_from_the_root() {
     let json = |arguments: &str| serde_json::from_str::<Value>(&printed(arguments)).unwrap();
     let score = "score ROOT/town.mcap -t ROOT/truth.tum -t ROOT/drift.tum --json --quiet";
     let report = json(&format!("{score} --report ROOT/r.html"));
-    printed("map build ROOT/town.mcap -t ROOT/truth.tum -o ROOT/truth.dmpmap --quiet");
+    town.make("map build town.mcap -t truth.tum -o truth.dmpmap --quiet");
     assert_eq!(report["inputs"]["log"], "town.mcap");
     assert_eq!(report["inputs"]["runs"][0]["file"], "truth.tum");
     town.write("saved.json", report.to_string());
