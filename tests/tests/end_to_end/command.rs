@@ -8,7 +8,10 @@ use crate::common::{SAMPLE, TWO, done, ends, has, json, once, refused, scores, t
 
 #[test]
 fn the_samples_are_ranked_as_the_readme_shows() {
-    let table = once(SAMPLE).stdout();
+    let folder = tempfile::tempdir().unwrap();
+    write(folder.path(), "all.json", &once(SAMPLE).stdout());
+    // `compare` tests that this is the table of the score itself.
+    let table = done(folder.path(), "compare all.json");
     let ranks = ["1  truth ", "2  noise ", "3  drift ", "4  collapsed "];
     has(&table, &ranks.map(|rank| format!("\n{rank}")).each_ref().map(String::as_str));
     let readme = std::fs::read_to_string(workspace().join("README.md")).unwrap();
@@ -42,7 +45,7 @@ pub(crate) fn assert_documented(json: &Value) {
 
 #[test]
 fn the_json_is_documented_and_is_read_back_as_the_report() {
-    let json = once(&format!("{SAMPLE} --json --quiet")).json();
+    let json = once(SAMPLE).json();
     assert_documented(&json);
     let report: dmp::Report = serde_json::from_value(json.clone()).unwrap();
     for (field, value) in serde_json::to_value(&report).unwrap().as_object().unwrap() {
@@ -94,8 +97,7 @@ fn free_space_is_reported_and_refused_with_given_maps() {
 fn threads_memory_and_folder_change_no_bit_of_the_json() {
     let folder = tempfile::tempdir().unwrap();
     let expected = scores(&once(&format!("{TWO} --json --quiet")).output.stdout);
-    let output =
-        ends(folder.path(), &format!("{TWO} --json --quiet --threads 3 --memory 64MiB --work ."), 0);
+    let output = ends(folder.path(), &format!("{TWO} --json --quiet --threads 3 --memory 64MiB --work ."), 0);
     assert!(scores(&output.stdout) == expected && output.stderr.is_empty(), "{}", text(&output.stderr));
     assert_eq!(folder.path().read_dir().unwrap().count(), 0, "nothing is left behind");
 }

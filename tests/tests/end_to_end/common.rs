@@ -14,9 +14,8 @@ use serde_json::Value;
 
 /// The path of the command under test.
 pub(crate) const PROGRAM: &str = env!("CARGO_BIN_EXE_dmp-under-test");
-/// The command of the README.
-pub(crate) const SAMPLE: &str =
-    "score @/town.mcap -t @/truth.tum -t @/drift.tum -t @/noise.tum -t @/collapsed.tum";
+/// The command of the README, its JSON and its page `report.html`.
+pub(crate) const SAMPLE: &str = "score @/town.mcap -t @/truth.tum -t @/drift.tum -t @/noise.tum -t @/collapsed.tum --report report.html --json --quiet";
 /// A score of the sample without what takes two thirds of its time: the checks of the runs, and the drift.
 pub(crate) const SCORE: &str = "score @/town.mcap --trust --drift=none";
 /// The same of two runs.

@@ -15,8 +15,8 @@ use dmp_sim::{CityOptions, CityRecording, LidarOptions};
 use serde_json::Value;
 
 use crate::common::{
-    SMALL_CHUNK, comparable, drift, ends, has, json, misused, noise, open, plain, runs_of,
-    save_tum, scores, text, write_chunks, write_mcap,
+    SMALL_CHUNK, comparable, drift, ends, has, json, misused, noise, open, plain, runs_of, save_tum, scores,
+    text, write_chunks, write_mcap,
 };
 
 fn outline(log: &Path) -> LogOutline {
@@ -132,10 +132,6 @@ fn a_share_of_the_log_is_read_and_decides() {
     // The same whatever the threads and the memory.
     let again = quick(&path, &runs, &Config { threads: 3, memory_bytes: 100 << 20, ..config.clone() }, 0.5);
     assert_eq!(comparable(&again), comparable(&report));
-    // Another seed draws other places, and sees the same.
-    let other = quick(&path, &runs, &Config { seed: 1, ..config.clone() }, 0.5);
-    assert_ne!(other.runs[0].dmp_sum_m2, report.runs[0].dmp_sum_m2);
-    assert_eq!(other.pairs[0].verdict.better(), Some("truth"));
     // Less than any memory has room for.
     let little = Config { memory_bytes: 40 << 20, ..config };
     let error = evaluate_quick(&outline(&path), &runs, &little, 0.5, ()).unwrap_err();

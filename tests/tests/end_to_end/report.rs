@@ -101,7 +101,7 @@ fn a_reference_is_listed_where_it_is_wrong() {
 
 /// The page of the sample's four runs.
 pub(crate) fn sample_page() -> &'static Path {
-    &once(&format!("{SAMPLE} --report report.html --quiet")).folder
+    &once(SAMPLE).folder
 }
 
 #[test]
