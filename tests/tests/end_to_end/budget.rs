@@ -18,7 +18,7 @@ const SURE: f64 = 1.5;
 fn drive(folder: &Path, runs: u64) -> String {
     let lidar = LidarOptions { azimuth_steps: 200, rate_hz: 4.0, ..LidarOptions::with_beams(32) };
     let options =
-        RecordingOptions { seed: 4, scans: 60, route: Route::Loop, speed_m_s: 8.0, traffic: 2, lidar };
+        RecordingOptions { seed: 4, scans: 40, route: Route::Loop, speed_m_s: 8.0, traffic: 2, lidar };
     let (scans, truth) = recorded(&options);
     write_mcap(&folder.join("town.mcap"), &scans);
     let mut arguments = "score town.mcap --json --trust --drift=none --threads 2 --work work".to_owned();

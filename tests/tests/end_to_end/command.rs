@@ -94,8 +94,7 @@ fn free_space_is_reported_and_refused_with_given_maps() {
 fn threads_memory_and_folder_change_no_bit_of_the_json() {
     let folder = tempfile::tempdir().unwrap();
     let expected = scores(&once(&format!("{TWO} --json --quiet")).output.stdout);
-    let output =
-        ends(folder.path(), &format!("{TWO} --json --quiet --threads 3 --memory 64MiB --work ."), 0);
+    let output = ends(folder.path(), &format!("{TWO} --json --quiet --threads 3 --memory 64MiB --work ."), 0);
     assert!(scores(&output.stdout) == expected && output.stderr.is_empty(), "{}", text(&output.stderr));
     assert_eq!(folder.path().read_dir().unwrap().count(), 0, "nothing is left behind");
 }

@@ -15,8 +15,8 @@ use dmp_sim::{CityOptions, CityRecording, LidarOptions};
 use serde_json::Value;
 
 use crate::common::{
-    SMALL_CHUNK, comparable, drift, ends, has, json, misused, noise, open, plain, runs_of,
-    save_tum, scores, text, write_chunks, write_mcap,
+    SMALL_CHUNK, comparable, drift, ends, has, json, misused, noise, open, plain, runs_of, save_tum, scores,
+    text, write_chunks, write_mcap,
 };
 
 fn outline(log: &Path) -> LogOutline {

@@ -111,7 +111,9 @@ impl Page<'_> {
 
     /// The colour of what lies below everything, red, green and blue.
     pub(crate) fn ground(&self) -> String {
-        self.evaluate("getComputedStyle(document.body).backgroundColor").as_str().unwrap().to_owned()
+        let painted = "[document.body, document.documentElement].map(part => getComputedStyle(part).backgroundColor)\
+                       .find(colour => colour !== 'rgba(0, 0, 0, 0)')";
+        self.evaluate(painted).as_str().unwrap().to_owned()
     }
 
     /// Opens every `<details>`, as a reader does who wants to see it all.

@@ -223,7 +223,7 @@ fn what_needs_a_whole_score_is_refused_in_parts() {
         ("--scene a.mcap", ["--scene in parts", "single returns"]),
         ("--residuals a.laz", ["--residuals in parts", "single returns"]),
         ("--per-frame a.csv", ["--per-frame in parts", "single returns"]),
-        ("--resume", ["--resume in parts", "done again"]),
+        ("--resume", ["--resume in parts", "run again"]),
         ("--keep a.dmp", ["--keep in parts", ""]),
         ("--map truth=truth.tum", ["map of `truth` in parts", "fused from the scans"]),
     ] {
