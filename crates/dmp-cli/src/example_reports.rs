@@ -70,6 +70,7 @@ fn sample() -> Value {
 }
 
 /// Puts fields in place of others.
+#[expect(clippy::needless_pass_by_value, reason = "callers make the values in place")]
 fn with(mut value: Value, fields: Value) -> Value {
     let fields = fields.as_object().unwrap().clone();
     value.as_object_mut().unwrap().extend(fields);
@@ -115,6 +116,7 @@ fn pair(a: &str, b: &str, basis: Basis, scales_m: &[f64]) -> PairReport {
     }
 }
 
+#[expect(clippy::needless_pass_by_value, reason = "callers make the values in place")]
 fn report(runs: Vec<RunReport>, order: &[&str], pairs: Vec<PairReport>) -> Report {
     let sample = sample();
     let segments = with(sample["config"]["segments"].clone(), json!({ "length_m": 12.0, "count": 29 }));

@@ -13,7 +13,7 @@ use dmp_disk::{is_stdout, place_of};
 use crate::clash::{refuse_clashes, refuse_printed};
 use crate::exit::Usage;
 use crate::named::NamedFile;
-use crate::options::{Asked, Role, output};
+use crate::options::{Asked, Entry, Role, output};
 use crate::save::is_missing;
 
 /// The file that gates write: they are not in the registry.
@@ -32,7 +32,7 @@ pub(crate) enum Results {
 pub(crate) fn check(asked: &Asked) -> anyhow::Result<Results> {
     let (mut inputs, mut outputs, mut of_runs) = (Vec::new(), Vec::new(), Vec::new());
     let values = |id: &str| asked.matches().try_get_raw(id).ok().flatten().into_iter().flatten();
-    for facts in asked.spec().entries().map(|entry| entry.facts()).filter(|facts| !facts.is_switch) {
+    for facts in asked.spec().entries().map(Entry::facts).filter(|facts| !facts.is_switch) {
         let values = values(facts.name);
         match facts.role {
             Role::Scratch | Role::Word => {}

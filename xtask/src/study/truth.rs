@@ -31,7 +31,7 @@ impl TrueErrors {
             alignment: Alignment { pose: true, ..Alignment::default() },
             ..Preparation::default()
         };
-        let both = preparation.apply(PosePath::of(truth)?, PosePath::of(estimate)?)?;
+        let both = preparation.apply(PosePath::of(truth)?, &PosePath::of(estimate)?)?;
         let places = absolute(&both.reference, &both.estimate, Relation::TranslationPart)?;
         let pairs = PairOptions { delta: STEP_M, unit: DeltaUnit::Meters, ..PairOptions::default() };
         let steps = relative(&both.reference, &both.estimate, Relation::TranslationPart, &pairs);

@@ -30,7 +30,7 @@ pub(crate) struct GateArgs {
     /// `unbeaten:NAME`: no run is decided to be better. `same` or `same:A,B`: all runs, or these two, are the same within
     /// --same-within; undecided fails. `[NAME:]SCORE<LIMIT` and `>`: the score of this run, or of every run, is on that side
     /// of the limit, or on it. SCORE is a column with its truncation: `R_cv_0.5<15cm`, `new:R_near_5<2.5`, `DMP<1.5`,
-    /// `coverage>50%`; `R_cv` is `R_cv_10` and `R_near` is `R_near_5`. Where GITHUB_ACTIONS=true, failed gates are printed
+    /// `coverage>50%`; `R_cv` is `R_cv_10` and `R_near` is `R_near_5`. Where `GITHUB_ACTIONS=true`, failed gates are printed
     /// as annotations of GitHub.
     #[arg(long, value_name = "WHAT", help_heading = "Gates", value_parser = expect::parse)]
     expect: Vec<Expect>,

@@ -19,7 +19,7 @@ pub(crate) struct SuiteGateArgs {
     ///
     /// `best:NAME`: over all logs, the version NAME is decided to be better than every other. `unbeaten:NAME`: no version is
     /// decided to be better over all logs. `NAME:lost_logs<N`: against each other version, NAME is worse on at most N logs;
-    /// a log counts too where NAME has no run, or an excluded one, and the other has a run. Where GITHUB_ACTIONS=true, failed
+    /// a log counts too where NAME has no run, or an excluded one, and the other has a run. Where `GITHUB_ACTIONS=true`, failed
     /// gates are printed as annotations of GitHub.
     #[arg(long, value_name = "WHAT", help_heading = "Gates", value_parser = parse)]
     expect: Vec<Expect>,
