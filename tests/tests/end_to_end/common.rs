@@ -240,7 +240,7 @@ fn shared() -> &'static Path {
         std::fs::create_dir_all(&all).unwrap();
         for entry in all.read_dir().unwrap().flatten() {
             let age = entry.metadata().and_then(|data| data.modified()).map(|time| time.elapsed());
-            if matches!(age, Ok(Ok(age)) if age > Duration::from_secs(86_400)) {
+            if matches!(age, Ok(Ok(age)) if age > Duration::from_hours(24)) {
                 let _ = std::fs::remove_dir_all(entry.path());
             }
         }

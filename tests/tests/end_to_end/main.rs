@@ -2,6 +2,15 @@
 //! command with good and bad input.
 
 #![expect(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
+#![allow(
+    clippy::assigning_clones,
+    clippy::format_collect,
+    clippy::format_push_string,
+    clippy::implicit_clone,
+    clippy::items_after_statements,
+    clippy::type_complexity,
+    reason = "tables of cases read better as they are; nothing here is hot"
+)]
 
 mod bad_input;
 mod browser;

@@ -46,7 +46,7 @@ impl Call {
         // Of some commands the second word is theirs too.
         let of_two = ["map", "convert", "truth", "simulate"];
         let own = 1 + usize::from(of_two.contains(&self.words[0].as_str()));
-        let words = self.words.iter().map(|word| word.as_str());
+        let words = self.words.iter().map(String::as_str);
         let options = words.clone().skip(own).filter(|word| named.contains(word));
         let name: Vec<&str> = words.take(own).chain(options).collect();
         name.join(" ")

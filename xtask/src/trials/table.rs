@@ -147,7 +147,8 @@ impl Table {
 }
 
 fn line(row: &str, sums: &[u64], failures: &BTreeMap<&str, u64>) -> String {
-    let sums: String = sums.iter().map(|sum| format!(" {sum} |")).collect();
+    let sums: Vec<String> = sums.iter().map(|sum| format!(" {sum} |")).collect();
+    let sums = sums.concat();
     let failures: Vec<String> = failures.iter().map(|(kind, times)| format!("{times} {kind}")).collect();
     let failures = if failures.is_empty() { "0".to_owned() } else { failures.join(", ") };
     format!("| {row} |{sums} {failures} |\n")

@@ -93,7 +93,7 @@ fn runs_with_one_name_and_two_scores_get_the_names_of_their_reports() {
 #[test]
 fn what_only_some_reports_warn_of_has_their_names() {
     let mut parts = [only(&["truth"]), only(&["drift"])];
-    let warnings = |words: [&str; 2]| words.map(|word| word.to_owned()).to_vec();
+    let warnings = |words: [&str; 2]| words.map(str::to_owned).to_vec();
     parts[0].report.warnings = warnings(["both", "one"]);
     parts[1].report.warnings = warnings(["both", "other"]);
     parts[1].report.inputs.damage = vec!["byte 7".into()];

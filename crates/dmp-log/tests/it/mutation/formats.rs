@@ -165,7 +165,7 @@ fn folders() -> Vec<Format> {
     ];
     let list = "# depth maps\r\n0.5 depth/0.png\r\n1.5\tdepth/1.png\r\n";
     let dated = "2011-09-26 13:02:25.964389445\n2011-09-26 13:02:26.067\n";
-    let beside: [InFolder<'static>; 5] = [
+    let beside: [InFolder<'_>; 5] = [
         ("depth_list", Form::Text, "depth.txt", list.into(), &images),
         ("camera", Form::Json, "camera.json", camera(), &images),
         ("bin_times", Form::Bytes, "times/1.f32", seeds::bin_times(), &scans),

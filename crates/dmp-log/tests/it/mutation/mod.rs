@@ -96,7 +96,8 @@ fn child() {
         for scan in &answer.scans {
             assert!(scan.time_offsets_ns.is_empty() || scan.time_offsets_ns.len() == scan.len());
             // Without times of points, as the good files were read.
-            let same = |good: &Scan| (good.stamp_ns, bits(good).1) == (scan.stamp_ns, bits(scan).1);
+            let same =
+                |good: &dmp_sensor::Scan| (good.stamp_ns, bits(good).1) == (scan.stamp_ns, bits(scan).1);
             let is_known = !(is_promised && is_guarded) || good.iter().any(same);
             assert!(is_known, "it is no scan of the good files");
         }
