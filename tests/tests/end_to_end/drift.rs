@@ -222,15 +222,15 @@ pub(crate) fn one_way() -> (Vec<Scan>, Trajectory) {
     })
 }
 
-const BOTH: &str = "score @/town.mcap -t @/truth.tum -t @/drift.tum --trust --every 2";
-const RUNS: &str = "@/town.mcap -t @/truth.tum -t @/drift.tum --every 2 --json --quiet";
+const BOTH: &str = "score @/town.mcap -t @/truth.tum -t @/drift.tum --trust";
+const RUNS: &str = "@/town.mcap -t @/truth.tum -t @/drift.tum --json --quiet";
 
 #[test]
 fn the_command_prints_metres_and_what_cannot_be_measured() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     let all = once(&format!("drift {RUNS}")).json();
-    let table = done(path, "drift @/town.mcap -t @/truth.tum -t @/drift.tum --every 2 -v --quiet");
+    let table = done(path, "drift @/town.mcap -t @/truth.tum -t @/drift.tum -v --quiet");
     let median_m = all["runs"][1]["median_m"]["value"].as_f64().unwrap();
     assert!(median_m > 0.1, "{median_m}");
     has(&table, &["truth and drift: "]);

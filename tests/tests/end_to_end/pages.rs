@@ -148,7 +148,7 @@ fn pages(folder: &Path) -> Vec<Shown> {
             ("columnheader", "first better"),
             ("region", "Every log, worst first"),
             ("columnheader", "bad / good"),
-            ("rowheader", "<b>the long drive past the harbour & back"),
+            ("StaticText", "<b>the long drive past the harbour"),
             ("region", "What was scored"),
         ],
         is_explored: false,
