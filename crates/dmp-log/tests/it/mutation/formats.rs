@@ -36,7 +36,7 @@ pub(crate) struct Format {
 type Reader = fn(&Path, &Path, u64) -> Answer;
 
 /// Name, form, file, good bytes, and what is beside them.
-type InFolder<'a> = (&'a str, Form, &'a str, Vec<u8>, &'a [(&'a str, Vec<u8>)]);
+type InFolder<'a> = (&'static str, Form, &'static str, Vec<u8>, &'a [(&'a str, Vec<u8>)]);
 
 impl Format {
     fn new(
