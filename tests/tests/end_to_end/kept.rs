@@ -10,7 +10,7 @@ use crate::common::{SCORE, TWO, done, json as scored, misused, once, refused, wr
 
 /// A result of the truth is `a.dmp`, and that of another run like it `b.dmp`.
 fn two_kept(folder: &Path, other: &str) {
-    once(&format!("{SCORE} -t @/truth.tum --json --quiet --keep a.dmp")).copy("a.dmp", folder);
+    once(&format!("{SCORE} --every 3 -t @/truth.tum --json --quiet --keep a.dmp")).copy("a.dmp", folder);
     scored(folder, &format!("{SCORE} -t {other} --like a.dmp --keep b.dmp"));
 }
 
@@ -70,8 +70,13 @@ fn assert_alike(apart: &Value, together: &Value) {
 fn runs_scored_apart_are_judged_as_if_scored_together() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    apart_is_together(folder, "@/town.mcap", &["-t @/truth.tum", "-t @/drift.tum", "-t @/noise.tum"], "");
-    apart_is_together(folder, "@/town.mcap", &["-t @/truth.tum", "-t @/noise.tum"], "--sample 40 --every 2");
+    apart_is_together(
+        folder,
+        "@/town.mcap",
+        &["-t @/truth.tum", "-t @/drift.tum", "-t @/noise.tum"],
+        "--every 3",
+    );
+    apart_is_together(folder, "@/town.mcap", &["-t @/truth.tum", "-t @/noise.tum"], "--sample 20 --every 2");
     let room = once("simulate room -o room --size 80x60 --frames 40 --rate 2 -q").folder.join("room");
     let room = room.display();
     let runs = ["good", "off"].map(|name| format!("-t {room}/estimates/{name}.txt"));
@@ -83,7 +88,7 @@ fn given_maps_are_judged_so_too_and_not_beside_fused_ones() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     once(crate::map_command::BUILD).copy("truth.dmpmap", folder);
-    for (k, (run, like)) in [("truth", ""), ("noise", "--like 0.dmp")].into_iter().enumerate() {
+    for (k, (run, like)) in [("truth", "--every 3"), ("noise", "--like 0.dmp")].into_iter().enumerate() {
         let score = format!("{SCORE} -t @/{run}.tum --map truth.dmpmap {like} --keep {k}.dmp");
         scored(folder, &score);
     }
@@ -160,7 +165,7 @@ fn row_32_damaged_and_foreign_results_are_refused() {
         refused(folder, "compare a.dmp bad.dmp", 1, &[words]);
     }
     refused(folder, "compare a.dmp @/town.mcap", 1, &["town.mcap", "no result of `dmp score --keep`"]);
-    scored(folder, &format!("{SCORE} -t @/noise.tum --voxel 0.5 --keep other.dmp"));
+    scored(folder, &format!("{SCORE} -t @/noise.tum --voxel 0.5 --every 3 --keep other.dmp"));
     refused(folder, "compare a.dmp other.dmp", 1, &["`dmp score --like a.dmp`"]);
     // Where the score fails the file of before stays.
     let before = fs::read(folder.join("a.dmp")).unwrap();
@@ -198,18 +203,18 @@ fn row_32_forged_results_are_refused_and_take_no_memory() {
     two_kept(folder, "@/noise.tum");
     type OfJson<'a> = &'a dyn Fn(&mut Value);
     type OfPart<'a> = &'a dyn Fn(&mut KeptPart) -> bool;
-    let (as_is, all, scans): (OfJson<'_>, OfPart<'_>, _) = (&|_| {}, &|_| true, 100);
+    let (as_is, all): (OfJson<'_>, OfPart<'_>) = (&|_| {}, &|_| true);
     forged(folder, ["b.dmp", "c.dmp"], as_is, all);
     assert_eq!(scored(folder, "compare a.dmp c.dmp")["not_compared"], json!([]));
     let of_parts: [(OfPart<'_>, &str); 4] = [
-        (&|part| part.scan + 1 < scans, "ends before scan 99, which others hold"),
-        (&|part| part.scan > 0, "returns of scan 1, the 2. of all, where others hold "),
+        (&|part| part.scan < 99, "ends before scan 99, which others hold"),
+        (&|part| part.scan > 0, "returns of scan 3, the 2. of all, where others hold "),
         (
             &|part| {
-                part.mark ^= u64::from(part.scan == 7);
+                part.mark ^= u64::from(part.scan == 9);
                 true
             },
-            "its returns of scan 7 differ from the other results",
+            "its returns of scan 9 differ from the other results",
         ),
         (
             &|part| {
@@ -233,18 +238,18 @@ fn row_32_forged_results_are_refused_and_take_no_memory() {
         (
             &|json| json["sampling"]["frames_scored"] = 1_000_000_000_000_u64.into(),
             all,
-            "1,000,000,000,000 of 100 scans",
+            "1,000,000,000,000 of ",
         ),
-        (&|json| json["inputs"]["returns_used"] = 1_000.into(), all, " 1,000 of 100"),
-        (&|json| json["sampling"]["looks"] = json!([28, 100]), all, "made with --decide"),
-        (as_is, &|part| part.scan < 50, " 309,402 of 100"),
+        (&|json| json["inputs"]["returns_used"] = 1_000.into(), all, " 1,000 of 34"),
+        (&|json| json["sampling"]["looks"] = json!([28, 34]), all, "made with --decide"),
+        (as_is, &|part| part.scan < 50, " of 34"),
         (
             as_is,
             &|part| {
                 part.ordinal = 3;
                 true
             },
-            "scan 1 continues with return 0 after ",
+            "scan 3 continues with return 0 after ",
         ),
     ];
     for (json, part, words) in both {

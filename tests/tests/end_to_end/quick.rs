@@ -29,7 +29,7 @@ fn quick(log: &Path, runs: &[Run], config: &Config, share: f64) -> Report {
 
 /// A drive through a city with a small sensor: its scans and its truth.
 fn city(travel_m: f64, revisit_share: f64) -> (Vec<Scan>, Trajectory) {
-    let lidar = LidarOptions { azimuth_steps: 240, rate_hz: 10.0, ..LidarOptions::with_beams(16) };
+    let lidar = LidarOptions { azimuth_steps: 160, rate_hz: 10.0, ..LidarOptions::with_beams(16) };
     let options = CityOptions { seed: 3, travel_m, revisit_share, speed_m_s: 10.0, lidar };
     let recording = CityRecording::new(&options).unwrap();
     let truth = Trajectory::stamped(recording.poses(20.0).unwrap().collect()).unwrap().trajectory;
