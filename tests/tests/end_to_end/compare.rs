@@ -9,13 +9,12 @@ use crate::common::{
     SCORE, TWO, dmp, dmp_command, done, ends, has, misused, once, refused, sample, text, unwrapped, write,
 };
 
-/// Scores a third of the scans for these runs of the samples, or what the options say, and keeps the JSON as `name`.
+/// Scores these runs of the samples and keeps the JSON as `name`.
 fn save(folder: &Path, name: &str, options: &str) -> Value {
-    let every = if options.contains("--every") { "" } else { "--every 3" };
     let scored = if options.contains("--like") {
         done(folder, &format!("{SCORE} {options} --json --quiet"))
     } else {
-        once(&format!("{SCORE} {every} {options} --json --quiet")).stdout()
+        once(&format!("{SCORE} {options} --json --quiet")).stdout()
     };
     write(folder, name, &scored);
     serde_json::from_str(&scored).unwrap()
@@ -33,7 +32,7 @@ fn one_result_is_the_table_again() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     let json = save(folder, "a.json", TRUTH_AND_DRIFT);
-    let table = once(&format!("{TWO} --every 3 --quiet")).stdout();
+    let table = once(&format!("{TWO} --quiet")).stdout();
     // A result is the same however often it is there.
     for results in ["a.json", "a.json b=a.json"] {
         assert_eq!(compare(folder, results), (0, table.clone()));
@@ -127,10 +126,10 @@ fn results_that_were_not_made_alike_are_refused_with_the_reason() {
     save(folder, "a.json", "-t @/truth.tum --voxel 0.3");
     for (options, reason) in [
         ("-t @/truth.tum --voxel 0.5", "settings: config.voxel_m is 0.300048828125 and 0.5"),
-        ("-t @/truth.tum --voxel 0.3 --every 2", "frames: config.every is 3 and 2"),
-        ("-t @/truth.tum --voxel 0.3 --sample 10", "frames: sampling.frames_scored is 34 and 10"),
+        ("-t @/truth.tum --voxel 0.3 --every 2", "frames: config.every is 1 and 2"),
+        ("-t @/truth.tum --voxel 0.3 --sample 30", "frames: sampling.frames_scored is 100 and 30"),
         // The way of another run is cut elsewhere.
-        ("-t @/noise.tum --voxel 0.3", "segments: config.segments.starts_scan["),
+        ("-t @/noise.tum --voxel 0.3", "segments: config.segments.starts_scan[13] is 80 and 79"),
     ] {
         save(folder, "b.json", options);
         refused(folder, "compare a.json b.json", 1, &["a.json and b.json ", reason]);
@@ -207,7 +206,7 @@ fn files_that_are_no_results_are_named() {
     // A log that was cut is as cut here, and a gate that fails goes before that.
     let town = std::fs::read(sample("town.mcap")).unwrap();
     std::fs::write(folder.join("cut.mcap"), &town[..town.len() - town.len() / 10]).unwrap();
-    let cut = ends(folder, "score cut.mcap -t @/truth.tum --every 3 --trust --drift=none --json --quiet", 3);
+    let cut = ends(folder, "score cut.mcap -t @/truth.tum --trust --drift=none --json --quiet", 3);
     write(folder, "cut.json", &text(&cut.stdout));
     for (options, code) in [("", 3), ("--expect R_cv<9", 3), ("--expect R_cv<1", 4)] {
         let output = ends(folder, &format!("compare cut.json {options}"), code);

@@ -24,7 +24,7 @@ fn town() -> &'static (Vec<Scan>, Trajectory) {
     TOWN.get_or_init(|| {
         let lidar = LidarOptions { azimuth_steps: 120, rate_hz: 10.0, ..LidarOptions::with_beams(16) };
         let route = Route::Loop;
-        recorded(&RecordingOptions { seed: 7, scans: 300, route, speed_m_s: 8.0, traffic: 2, lidar })
+        recorded(&RecordingOptions { seed: 7, scans: 420, route, speed_m_s: 8.0, traffic: 2, lidar })
     })
 }
 
@@ -209,7 +209,7 @@ fn a_pose_at_the_end_of_its_scan_is_found_as_that() {
 fn a_trajectory_of_another_drive_does_not_belong() {
     let others = [Route::Ring, Route::OutAndBack].map(|route| {
         let lidar = LidarOptions { azimuth_steps: 4, rate_hz: 10.0, ..LidarOptions::with_beams(1) };
-        let options = RecordingOptions { seed: 3, scans: 300, route, speed_m_s: 8.0, traffic: 0, lidar };
+        let options = RecordingOptions { seed: 3, scans: 420, route, speed_m_s: 8.0, traffic: 0, lidar };
         Run::new(format!("{route:?}"), recorded(&options).1)
     });
     let runs: Vec<Run> = std::iter::once(truth()).chain(others).collect();

@@ -199,7 +199,7 @@ pub(crate) fn scores(rays: &[Ray], discs: &[Disc]) -> BTreeMap<&'static str, f64
 fn the_pipeline_is_the_formulas() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("town.mcap");
-    let (scans, truth) = small_town(60, 30);
+    let (scans, truth) = small_town(60, 40);
     write_mcap(&path, &scans);
     let runs = runs_of(&truth, &[("drift", drift(0.5))]);
     let config = Config { voxel_m: Some(VOXEL_M), ego: Ego::None, ..plain() };

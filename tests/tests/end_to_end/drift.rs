@@ -12,7 +12,7 @@ use crate::common::{
 
 /// A lap and a half round a block.
 fn laps() -> (Vec<Scan>, Trajectory) {
-    let lidar = LidarOptions { azimuth_steps: 200, rate_hz: 5.0, ..LidarOptions::with_beams(16) };
+    let lidar = LidarOptions { azimuth_steps: 300, rate_hz: 5.0, ..LidarOptions::with_beams(16) };
     recorded(&RecordingOptions { seed: 4, scans: 420, route: Route::Loop, speed_m_s: 6.0, traffic: 2, lidar })
 }
 

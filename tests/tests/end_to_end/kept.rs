@@ -165,7 +165,7 @@ fn row_32_damaged_and_foreign_results_are_refused() {
         refused(folder, "compare a.dmp bad.dmp", 1, &[words]);
     }
     refused(folder, "compare a.dmp @/town.mcap", 1, &["town.mcap", "no result of `dmp score --keep`"]);
-    scored(folder, &format!("{SCORE} -t @/noise.tum --voxel 0.5 --every 3 --keep other.dmp"));
+    scored(folder, &format!("{SCORE} -t @/noise.tum --every 2 --keep other.dmp"));
     refused(folder, "compare a.dmp other.dmp", 1, &["`dmp score --like a.dmp`"]);
     // Where the score fails the file of before stays.
     let before = fs::read(folder.join("a.dmp")).unwrap();
