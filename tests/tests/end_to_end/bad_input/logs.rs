@@ -258,7 +258,6 @@ fn logs_without_checksums(town: &Town) {
         town.line(format!(
             "score {log} => 0 has_checksums = false; warnings lacks {odd}; prints: no checksums; page: no checksums"
         ));
-        town.line(format!("score {log} => 0 prints: log: no checksums"));
     }
     town.make("map build town.mcap -t truth.tum -o map.dmpmap --quiet");
     town.make("map export map.dmpmap -o map.laz --quiet");
