@@ -23,7 +23,7 @@ pub(crate) static SPEC: Spec = Spec {
 fn run(asked: &Asked, _: &Common, out: &mut Out<'_>) -> anyhow::Result<Exit> {
     // It panics where it cannot write, so it does not write to a pipe.
     let mut script = Vec::new();
-    generate(asked.need(&tools::SHELL)?, &mut crate::command(), "dmp", &mut script);
+    generate(asked.need(&tools::SHELL)?, &mut asked.program(), "dmp", &mut script);
     out.write_all(&script)?;
     Ok(Exit::Done)
 }

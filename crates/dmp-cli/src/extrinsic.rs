@@ -2,7 +2,6 @@
 
 use std::fmt;
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
 
 use anyhow::Context as _;
 use dmp_log::{Calib, LogSummary, find_calib, read_calib, shown_path};
@@ -12,41 +11,14 @@ use crate::exit::Usage;
 use crate::loaded_run::LoadedRun;
 use crate::log_input::LogHead;
 use crate::named::{Named, assign};
-use crate::options::{Asked, input, values};
+use crate::options::extrinsic::Extrinsic;
+use crate::options::{Asked, input};
 
 /// How much of a body's movement must go along an axis for the axis to be its direction: 37 degrees.
 const ALONG: f64 = 0.8;
 
 /// Most frames that are named: a log may have a hundred thousand.
 const MOST_NAMED: usize = 8;
-
-/// The extrinsic as it is asked for.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Extrinsic {
-    /// Found by looking.
-    Auto,
-    Identity,
-    Given(Isometry3<f64>),
-    /// KITTI's: of this file, or of the `calib.txt` beside trajectory or log.
-    Calib(Option<PathBuf>),
-    /// From the frame of the trajectory's body to the scans' frame, by the log's static frames.
-    Frame(String),
-}
-
-impl FromStr for Extrinsic {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        Ok(match text.split_once(':') {
-            None if text == "auto" => Self::Auto,
-            None if text == "identity" => Self::Identity,
-            None if text == "calib" => Self::Calib(None),
-            Some(("calib", file)) if !file.is_empty() => Self::Calib(Some(file.into())),
-            Some(("frame", name)) if !name.is_empty() => Self::Frame(name.into()),
-            _ => Self::Given(values::transform(text)?),
-        })
-    }
-}
 
 /// The extrinsic that takes effect.
 #[derive(Debug, Clone, PartialEq)]
@@ -214,32 +186,4 @@ fn no_calib(run: &LoadedRun, log: &LogSummary) -> Usage {
     let folders = calib_folders(run, log).unwrap_or_default();
     let folders: Vec<String> = folders.iter().map(|folder| folder.display().to_string()).collect();
     Usage(format!("--extrinsic calib: no calib.txt with Tr in {}; try calib:FILE", folders.join(", ")))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn extrinsics_are_words_numbers_files_and_frames() {
-        let cases = [
-            ("auto", Extrinsic::Auto),
-            ("identity", Extrinsic::Identity),
-            ("calib", Extrinsic::Calib(None)),
-            ("calib:a/calib.txt", Extrinsic::Calib(Some("a/calib.txt".into()))),
-            ("frame:base_link", Extrinsic::Frame("base_link".into())),
-            ("1,0,0,0,0,0,1", Extrinsic::Given(Isometry3::translation(1.0, 0.0, 0.0))),
-        ];
-        for (text, extrinsic) in cases {
-            let of_all: Named<Extrinsic> = text.parse().unwrap();
-            assert_eq!(of_all.parts(), (None, text.to_owned(), &extrinsic));
-            let of_one: Named<Extrinsic> = format!("run a={text}").parse().unwrap();
-            assert_eq!(of_one.parts(), (Some("run a"), text.to_owned(), &extrinsic));
-        }
-        let file: Named<Extrinsic> = "calib:a=b.txt".parse().unwrap();
-        assert_eq!((file.parts().0, file.parts().2), (None, &Extrinsic::Calib(Some("a=b.txt".into()))));
-        for text in ["", "frame:", "calib:", "Auto", "1,2,3", "a=", "=identity", "0,0,0,0,0,0,0"] {
-            assert!(text.parse::<Named<Extrinsic>>().is_err(), "{text}");
-        }
-    }
 }

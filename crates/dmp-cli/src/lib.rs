@@ -109,8 +109,7 @@ pub fn run_process(arguments: impl IntoIterator<Item = OsString>) -> Exit {
 
 /// The definition of the command, with all that `--help` says.
 pub fn command() -> clap::Command {
-    let command = ROOT.clap().version(env!("CARGO_PKG_VERSION")).max_term_width(100);
-    command.mut_arg(output::QUIET.name, |quiet| quiet.global(true))
+    ROOT.program()
 }
 
 /// Whether a text has characters that end lines or command terminals.

@@ -34,7 +34,7 @@ pub(crate) static SPEC: Spec = Spec {
 
 fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::Result<Exit> {
     // Help on help is no page of its own.
-    let mut root = crate::command().disable_help_subcommand(true);
+    let mut root = asked.program().disable_help_subcommand(true);
     root.build();
     let Some(folder) = &asked.get(&tools::PAGES) else {
         page(find(&root, &asked.all(&tools::COMMAND))?, out)?;

@@ -6,9 +6,9 @@ use dmp::PoseAt;
 use dmp_log::{PointTime, StampAt, TimeUnit};
 
 use super::Group::{Input, PlaceAndTime};
+use super::extrinsic::Extrinsic;
 use super::values::{self, Offset, Poses, parsed};
 use super::{Entry, Group, Opt, Role, scoring};
-use crate::extrinsic::Extrinsic;
 use crate::named::{Named, NamedFile};
 
 pub(crate) static LOG: Opt<PathBuf> = Opt {

@@ -5,6 +5,7 @@
 //! [`guard`](crate::guard) protects all come from there. A [`Spec`] is a command: a list of options and a function.
 //! A new option that sets a field of [`Config`] is one [`Opt`], and its name in the list of a command.
 
+pub(crate) mod extrinsic;
 pub(crate) mod graph;
 pub(crate) mod input;
 pub(crate) mod output;
@@ -21,7 +22,7 @@ use std::time::Duration;
 
 use clap::builder::{OsStringValueParser, PossibleValuesParser, TypedValueParser as _};
 use clap::parser::ValueSource;
-use clap::{Arg, ArgAction, ArgMatches};
+use clap::{Arg, ArgAction, ArgMatches, Command};
 use dmp::Config;
 
 use crate::exit::Usage;
@@ -337,13 +338,19 @@ impl<T: Clone + Send + Sync + 'static> Entry for Opt<T> {
 /// A command line that was understood: the options of one command, and their values.
 #[derive(Debug, Clone)]
 pub(crate) struct Asked {
+    program: &'static Spec,
     spec: &'static Spec,
     matches: ArgMatches,
 }
 
 impl Asked {
-    pub(crate) fn new(spec: &'static Spec, matches: ArgMatches) -> Self {
-        Self { spec, matches }
+    fn new(program: &'static Spec, spec: &'static Spec, matches: ArgMatches) -> Self {
+        Self { program, spec, matches }
+    }
+
+    /// The whole program, with all its commands.
+    pub(crate) fn program(&self) -> Command {
+        self.program.program()
     }
 
     pub(crate) fn spec(&self) -> &'static Spec {

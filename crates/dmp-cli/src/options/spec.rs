@@ -5,7 +5,7 @@ use std::io::Write;
 
 use clap::{ArgMatches, Command};
 
-use super::{Asked, Entry};
+use super::{Asked, Entry, output};
 use crate::common::Common;
 use crate::exit::Exit;
 use crate::say::Printed;
@@ -116,16 +116,20 @@ impl Spec {
         self.refused.iter().any(|(entry, _)| entry.facts().name == id)
     }
 
-    /// The command that was called, this one or one below, with its values.
+    /// Its definition for the parser, as the whole program.
+    pub(crate) fn program(&'static self) -> Command {
+        let command = self.clap().version(env!("CARGO_PKG_VERSION")).max_term_width(100);
+        command.mut_arg(output::QUIET.name, |quiet| quiet.global(true))
+    }
+
+    /// The command of this program that was called, with its values.
     pub(crate) fn called(&'static self, mut matches: ArgMatches) -> Asked {
-        let below = matches.remove_subcommand();
-        let found = below.and_then(|(name, matches)| {
-            Some((*self.commands.iter().find(|spec| spec.name == name)?, matches))
-        });
-        match found {
-            Some((spec, matches)) => spec.called(matches),
-            None => Asked::new(self, matches),
+        let mut spec = self;
+        while let Some((name, below)) = matches.remove_subcommand() {
+            let Some(found) = spec.commands.iter().find(|spec| spec.name == name) else { break };
+            (spec, matches) = (found, below);
         }
+        Asked::new(self, spec, matches)
     }
 }
 

@@ -25,7 +25,7 @@ pub(super) struct Argument {
 pub(super) fn parsed(arguments: &[String]) -> Result<Asked, String> {
     let all = std::iter::once("dmp score").chain(arguments.iter().map(String::as_str));
     let matches = score::SPEC.clap().try_get_matches_from(all);
-    matches.map(|matches| Asked::new(&score::SPEC, matches)).map_err(|error| Failure::refused(&error).line)
+    matches.map(|matches| score::SPEC.called(matches)).map_err(|error| Failure::refused(&error).line)
 }
 
 /// Whether a suite takes an option: it changes what is scored, and neither is what the suite itself says nor of one log alone.
