@@ -61,6 +61,7 @@ mod damage;
 mod decimal;
 mod depth_folder;
 mod error;
+mod field_info;
 mod find;
 mod fingerprint;
 mod folder;
@@ -103,6 +104,7 @@ pub use cloud::{CloudFormat, CloudSummary, CloudWriter, OrientedPoint, read_clou
 pub use companions::{Companions, is_of_log};
 pub use damage::Damage;
 pub use error::{LogError, ParseError, PlaceInFile};
+pub use field_info::{FieldInfo, FieldMeaning};
 pub use frame_info::{FrameInfo, OutlinedScan};
 pub use frames::StaticFrames;
 pub use g2o::{
@@ -127,7 +129,7 @@ pub use residuals::{ResidualFormat, ResidualHead, ResidualWriter, ScoredPoint, S
 pub use scene::{SceneCloud, SceneHead, ScenePlace, ScenePoint, SceneRun, SceneWriter};
 pub use setting::LogSetting;
 pub use stamp_jumps::{StampJump, stamp_jumps};
-pub use summary::{FieldInfo, FieldMeaning, LogFormat, LogSummary, NO_CHECKSUMS, TopicInfo};
+pub use summary::{LogFormat, LogSummary, NO_CHECKSUMS, TopicInfo};
 pub use trajectory::{
     GraphVertices, PoseTopic, RawTrajectory, TopicTrajectory, TrajectoryFile, TrajectoryFormat,
     TrajectoryParseError, is_bag, parse_euroc, parse_g2o, parse_kitti, parse_npy, parse_raw,

@@ -1,12 +1,11 @@
 //! Where the scans of a log lie: enough to open it again, anywhere, without reading it.
 
-use crate::bag_log::{BagLog, BagScans};
+use crate::bag_log::BagScans;
 use crate::fingerprint::END_BYTES;
-use crate::{LogError, LogOptions, LogSummary, PlaceInFile, ScanLog, open_log, shown_path};
-use dmp_lengths::thousands;
+use crate::{LogOptions, LogSummary, shown_path};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Where the scans of a log lie that was opened whole, and what was found in it. Written down, it opens the log again in
 /// another process or on another machine: a bag without reading more than its ends, and of a scan what it is packed in;
@@ -33,13 +32,13 @@ use std::path::{Path, PathBuf};
 /// ```
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LogIndex {
-    summary: LogSummary,
-    scans: IndexedScans,
+    pub(crate) summary: LogSummary,
+    pub(crate) scans: IndexedScans,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-enum IndexedScans {
+pub(crate) enum IndexedScans {
     Bag(Box<BagScans>),
     /// It is opened as it was.
     Whole(Box<LogOptions>),
@@ -84,42 +83,6 @@ impl LogIndex {
             FileRanges { name, bytes, ranges: joined(ranges) }
         });
         Some(files.collect())
-    }
-
-    /// Opens the log at `path`, which may be elsewhere now. Its summary is what was found in it when it was indexed.
-    ///
-    /// # Errors
-    /// When it is not there, or is another one: of another length or with other ends. That single scans are not what they were
-    /// shows when they are read.
-    pub fn open(&self, path: &Path) -> Result<Box<dyn ScanLog>, LogError> {
-        match &self.scans {
-            IndexedScans::Bag(scans) => Ok(Box::new(BagLog::of_scans(scans, path, &self.summary)?)),
-            IndexedScans::Whole(options) => {
-                let log = open_log(path, options)?;
-                let (now, then) = (log.summary(), &self.summary);
-                if (&now.fingerprint, now.returns) != (&then.fingerprint, then.returns) {
-                    let problem = format!(
-                        "it is {} with {} returns, and the log that was indexed is {} with {}",
-                        now.fingerprint,
-                        thousands(now.returns),
-                        then.fingerprint,
-                        thousands(then.returns)
-                    );
-                    return Err(LogError::malformed(path, PlaceInFile::WholeFile, problem));
-                }
-                Ok(log)
-            }
-        }
-    }
-
-    /// The log without its files, for what follows from its scans alone: when they were, how many returns they have. None can be
-    /// read. `None` where only the log itself has it.
-    ///
-    /// # Errors
-    /// When the index is none.
-    pub fn unopened(&self) -> Result<Option<Box<dyn ScanLog>>, LogError> {
-        let IndexedScans::Bag(scans) = &self.scans else { return Ok(None) };
-        Ok(Some(Box::new(BagLog::unopened(scans, &self.summary)?)))
     }
 }
 

@@ -11,7 +11,7 @@ use serde::Serialize;
 use crate::common::Common;
 use crate::exit::{Exit, option_of};
 use crate::log_input::LogInput;
-use crate::options::{Asked, Out, Spec, graph, input, output};
+use crate::options::{Asked, Out, Spec, graph, input, output, scoring};
 use crate::progress::Progress;
 use crate::runs::{OpenedRuns, Runs};
 use crate::save::{OutputsFolder, SavedTogether};
@@ -33,7 +33,7 @@ pub(crate) static SPEC: Spec = Spec {
             dmp calibrate drive.mcap -t run.tum --json\n\n\
             Exit codes: 0 done; 1 failed; 2 wrong usage; 3 done, but part of the log was lost or damaged, or a run does not \
             belong to it.",
-    options: &[input::RUNS_ON_LOG, input::RANGES, &[&output::JSON, &graph::PLOTS]],
+    options: &[input::RUNS_ON_LOG, scoring::RANGES, &[&output::JSON, &graph::PLOTS]],
     run,
     ..Spec::EMPTY
 };

@@ -34,7 +34,7 @@ pub(crate) static SPEC: Spec = Spec {
             excluded.",
     options: &[
         input::RUNS_ON_LOG,
-        input::RANGES,
+        scoring::RANGES,
         input::CHECKS,
         &[&graph::PAIRS, &graph::FAR],
         scoring::MEANS,

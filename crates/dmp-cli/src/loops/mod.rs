@@ -22,7 +22,6 @@ use crate::say;
 use inputs::Inputs;
 use ranked::rank;
 use result::LoopsResult;
-pub(crate) use weights::LoopKernel;
 
 pub(crate) static SPEC: Spec = Spec {
     name: "loops",
@@ -48,7 +47,7 @@ pub(crate) static SPEC: Spec = Spec {
         ],
         input::READING,
         &[&input::EVERY, &input::EXTRINSIC, &input::MAX_TIME_GAP],
-        input::RANGES,
+        scoring::RANGES,
         &[
             &scoring::VOXEL,
             &input::LOG_OFFSET,

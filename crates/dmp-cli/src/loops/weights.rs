@@ -3,6 +3,7 @@
 use dmp_loops::Kernel;
 use dmp_sensor::{PoseEdge, PoseGraph, PoseGraphError};
 
+use crate::options::graph::LoopKernel;
 use crate::options::{Asked, graph};
 
 /// Standard deviations that tools write into their code whose files have no information (SC-LIO-SAM, SC-A-LOAM, SC-DLO):
@@ -17,25 +18,6 @@ pub(super) struct GivenWeights {
     step_error: Option<(f64, f64)>,
     loop_error: Option<(f64, f64)>,
     loop_kernel: Option<LoopKernel>,
-}
-
-/// `none`, or a kernel and its scale.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct LoopKernel(Option<Kernel>);
-
-impl std::str::FromStr for LoopKernel {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let scale = |scale: &str| scale.parse::<f64>().ok().filter(|scale| *scale > 0.0 && scale.is_finite());
-        match text.split_once(':') {
-            None if text == "none" => Some(Self(None)),
-            Some(("cauchy", text)) => scale(text).map(|scale| Self(Some(Kernel::Cauchy(scale)))),
-            Some(("huber", text)) => scale(text).map(|scale| Self(Some(Kernel::Huber(scale)))),
-            _ => None,
-        }
-        .ok_or_else(|| format!("`{text}` is no kernel: try none, cauchy:1 or huber:1.5"))
-    }
 }
 
 /// What takes effect.

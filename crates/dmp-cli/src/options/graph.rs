@@ -3,11 +3,30 @@
 use std::path::PathBuf;
 
 use dmp::{DriftPairs, DriftReach};
+use dmp_loops::Kernel;
 
 use super::Group::{Acceptance, Graph, Input, Output, ReturnsAndMap, Speed};
 use super::values::{self, from_one, parsed};
 use super::{Opt, Role};
-use crate::loops::LoopKernel;
+
+/// `none`, or a kernel and its scale.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct LoopKernel(pub(crate) Option<Kernel>);
+
+impl std::str::FromStr for LoopKernel {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let scale = |scale: &str| scale.parse::<f64>().ok().filter(|scale| *scale > 0.0 && scale.is_finite());
+        match text.split_once(':') {
+            None if text == "none" => Some(Self(None)),
+            Some(("cauchy", text)) => scale(text).map(|scale| Self(Some(Kernel::Cauchy(scale)))),
+            Some(("huber", text)) => scale(text).map(|scale| Self(Some(Kernel::Huber(scale)))),
+            _ => None,
+        }
+        .ok_or_else(|| format!("`{text}` is no kernel: try none, cauchy:1 or huber:1.5"))
+    }
+}
 
 pub(crate) static PAIRS: Opt<DriftPairs> = Opt {
     help: "Measure at most N pairs of visits, evenly spread over the drive, or `all`. Default: all",

@@ -8,7 +8,7 @@ use dmp_log::{PointTime, StampAt, TimeUnit};
 use super::Group::{Input, PlaceAndTime};
 use super::extrinsic::Extrinsic;
 use super::values::{self, Offset, Poses, parsed};
-use super::{Entry, Group, Opt, Role, scoring};
+use super::{Entry, Group, Opt, Role};
 use crate::named::{Named, NamedFile};
 
 pub(crate) static LOG: Opt<PathBuf> = Opt {
@@ -202,6 +202,3 @@ pub(crate) const RUN_ON_LOG: &[&dyn Entry] = &[
 ];
 /// What is done about wrong clocks, extrinsics and formats.
 pub(crate) const CHECKS: &[&dyn Entry] = &[&MEND, &TRUST];
-/// Which returns are used, as drift, repair and calibrate need them.
-pub(crate) const RANGES: &[&dyn Entry] =
-    &[&scoring::SCALES, &scoring::MIN_RANGE, &scoring::MAX_RANGE, &scoring::EGO];

@@ -41,7 +41,6 @@ pub(crate) static SCENE: Opt<PathBuf> = Opt {
 };
 pub(crate) static KEEP: Opt<PathBuf> = Opt {
     is_short_help: true,
-    conflicts: &[&scoring::DECIDE],
     help: "Keep the result with the residual of every return, FILE.dmp, about two bytes a return and run: `dmp compare` then \
            compares these runs with those of other days",
     ..Opt::path(Output, "keep", "FILE", Role::Written)

@@ -156,3 +156,5 @@ pub(crate) const MEANS: &[&dyn Entry] = &[&MEMORY, &THREADS, &WORK];
 /// What `dmp score` and `dmp shard plan` evaluate, and how, besides the runs.
 pub(crate) const EVALUATION: &[&dyn Entry] =
     &[&input::MAPS, &input::LIKE, &DRIFT, &CONFIDENCE, &SAME_WITHIN, &SAMPLE, &DECIDE];
+/// Which returns are used, as drift, repair and calibrate need them.
+pub(crate) const RANGES: &[&dyn Entry] = &[&SCALES, &MIN_RANGE, &MAX_RANGE, &EGO];

@@ -35,7 +35,7 @@ pub(crate) static SPEC: Spec = Spec {
             lost or damaged.",
     options: &[
         input::RUN_ON_LOG,
-        input::RANGES,
+        scoring::RANGES,
         input::CHECKS,
         &[&graph::PAIRS, &graph::ROUNDS],
         scoring::MEANS,

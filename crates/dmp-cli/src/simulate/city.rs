@@ -6,7 +6,7 @@ use dmp_draw::text::counted;
 use dmp_log::write_tum_poses;
 use dmp_sim::{CityOptions, CityRecording};
 
-use super::in_words;
+use super::error::in_words;
 use super::recording::{TRUTH_RATE_HZ, lidar, refuse_other_truth, save_scans, truth_path};
 use crate::common::Common;
 use crate::exit::Exit;

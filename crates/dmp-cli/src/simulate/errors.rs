@@ -7,7 +7,7 @@ use dmp_draw::text::counted;
 use dmp_log::read_trajectory;
 use dmp_sim::{Noise, SlamErrors, ate_rmse_m};
 
-use super::in_words;
+use super::error::in_words;
 use crate::common::Common;
 use crate::exit::Exit;
 use crate::options::{Asked, Out, Spec, simulate};

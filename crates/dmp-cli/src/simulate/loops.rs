@@ -11,7 +11,7 @@ use dmp_log::{
 use dmp_sensor::{PoseEdge, Trajectory};
 use dmp_sim::{LoopGraph, LoopGraphOptions, LoopKind, Scales, ate_rmse_m};
 
-use super::in_words;
+use super::error::in_words;
 use super::recording::travel_m;
 use crate::clash::refuse_same;
 use crate::common::Common;

@@ -10,7 +10,7 @@ use dmp_log::{DepthFolderWriter, encode_depth_png};
 use dmp_sensor::{Distortion, PinholeCamera};
 use dmp_sim::{DepthRecording, DepthRecordingOptions, Room, RoomOptions, ate_rmse_m, room_estimates};
 
-use super::in_words;
+use super::error::in_words;
 use super::recording::travel_m;
 use crate::common::Common;
 use crate::exit::{Exit, Usage};

@@ -5,7 +5,7 @@ use std::io::Write as _;
 use dmp_draw::text::counted;
 use dmp_sim::{Recording, RecordingOptions, Route, Scenery};
 
-use super::in_words;
+use super::error::in_words;
 use super::recording::{TRUTH_RATE_HZ, lidar, refuse_other_truth, save_scans, truth_path};
 use crate::common::Common;
 use crate::exit::{Exit, Usage};

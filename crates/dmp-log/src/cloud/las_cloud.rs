@@ -1,9 +1,9 @@
 //! The points of a LAS or LAZ file as a cloud, in metres.
 
 use super::batches::{Batches, Sink};
+use super::format::CloudFormat;
 use super::las_points::LasPoints;
 use super::las_units::{self, ToMetres};
-use super::read::CloudFormat;
 use crate::reads::ReadCount;
 use crate::{LengthUnit, LogError};
 use std::path::Path;

@@ -1,6 +1,7 @@
 //! Point clouds given as maps.
 
 mod batches;
+mod format;
 pub(crate) mod las_bytes;
 mod las_cloud;
 pub(crate) mod las_crs;
@@ -15,5 +16,6 @@ mod read;
 pub(crate) mod table;
 mod wkt;
 
+pub use format::CloudFormat;
 pub use oriented::{CloudWriter, OrientedPoint};
-pub use read::{CloudFormat, CloudSummary, read_cloud};
+pub use read::{CloudSummary, read_cloud};

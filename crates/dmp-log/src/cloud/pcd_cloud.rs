@@ -1,7 +1,7 @@
 //! The points of a PCD file as a cloud: text, rows, or packed field by field, without holding them all.
 
 use super::batches::{Batches, Sink, TextPoints, broken};
-use super::read::CloudFormat;
+use super::format::CloudFormat;
 use crate::pcd::header::{PcdData, PcdField, PcdHeader, packed_sizes};
 use crate::pcd::header_lines::read_header;
 use crate::pcd::lzf::{LzfReader, may_hold};

@@ -1,8 +1,8 @@
 //! The vertices of a PLY file as a cloud, and for meshes.
 
 use super::batches::{Batches, Sink, TextPoints, broken};
+use super::format::CloudFormat;
 use super::ply_header::{Encoding, PlyHeader, read_header};
-use super::read::CloudFormat;
 use crate::reads::open_sized;
 use crate::{LogError, PlaceInFile};
 use dmp_lengths::thousands;

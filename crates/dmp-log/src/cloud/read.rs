@@ -1,36 +1,11 @@
 //! Reading a cloud of any format.
 
+use super::format::CloudFormat;
 use super::{las_cloud, pcd_cloud, ply_cloud};
 use crate::pcd::header::starts_like_pcd;
 use crate::reads::start_of;
 use crate::{LengthUnit, LogError};
 use std::path::Path;
-
-/// The formats of clouds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum CloudFormat {
-    /// LAS.
-    Las,
-    /// Compressed LAS.
-    Laz,
-    /// PLY with a `vertex` element.
-    Ply,
-    /// PCD.
-    Pcd,
-}
-
-impl CloudFormat {
-    /// Its name for people.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Las => "LAS",
-            Self::Laz => "LAZ",
-            Self::Ply => "PLY",
-            Self::Pcd => "PCD",
-        }
-    }
-}
 
 /// What was read of a cloud.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -1,8 +1,7 @@
 //! A file with one scan: its head, compared with its length, and the rows of points behind it.
 
 use super::format::ScanFormat;
-use super::packed::Packed;
-use super::text::TextRows;
+use super::head::{Body, Head};
 use super::{las, pcd, ply};
 use crate::points::{Field, Layout, NumberType};
 use crate::reads::{CountedFile, KnownFile, ReadCount, fill};
@@ -10,28 +9,6 @@ use crate::{LogError, ParseError, PlaceInFile};
 use dmp_lengths::thousands;
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
-
-/// What a head says.
-#[derive(Debug)]
-pub(super) struct Head {
-    /// That of the rows which [`ScanFile::read_rows`](super::file::ScanFile::read_rows) gives.
-    pub(super) layout: Layout,
-    /// Points claimed.
-    pub(super) points: u64,
-    pub(super) body: Body,
-}
-
-#[derive(Debug)]
-pub(super) enum Body {
-    /// The rows themselves, from this byte on.
-    Rows { data_at: u64 },
-    /// A line for each, after so many lines of others.
-    Text { data_at: u64, lines_before: u64, skipped: u64, rows: TextRows },
-    /// Field by field, compressed.
-    Packed(Packed),
-    /// In the records of LAS.
-    Las { compressed: bool },
-}
 
 /// Bytes read at once: heads are short, and there are many files.
 const BUFFER_BYTES: usize = 1 << 13;

@@ -1,6 +1,6 @@
 //! The head of a LAS or LAZ file with one scan, and its points.
 
-use super::file::{Body, Head};
+use super::head::{Body, Head};
 use crate::cloud::las_header;
 use crate::cloud::las_points::LasPoints;
 use crate::cloud::las_units;

@@ -1,27 +1,15 @@
 //! The files of a folder as a log.
 
+use super::entry::Entry;
 use super::file::ScanFile;
 use super::format::ScanFormat;
 use super::times::read_times;
 use crate::frame_info::of_frame;
 use crate::points::{Layout, Rows, TimeChoice};
-use crate::reads::KnownFile;
 use crate::reads::ReadCount;
 use crate::{FrameInfo, LogError, LogIndex, LogOptions, LogSummary, ScanLog, ScanReader};
 use dmp_sensor::Scan;
 use std::path::PathBuf;
-
-/// A file that can be read.
-#[derive(Debug)]
-pub(super) struct Entry {
-    pub(super) file: KnownFile,
-    pub(super) points: u64,
-    /// Its place among the layouts.
-    pub(super) layout: usize,
-    pub(super) stamp_ns: Option<i64>,
-    /// Fewer points than there should be.
-    pub(super) is_cut: bool,
-}
 
 /// A folder of scans, one file each.
 #[derive(Debug)]

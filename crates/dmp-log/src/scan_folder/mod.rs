@@ -2,9 +2,11 @@
 
 mod calendar;
 mod decide;
+mod entry;
 mod file;
 mod format;
 mod found;
+mod head;
 mod las;
 mod log;
 pub(crate) mod names;

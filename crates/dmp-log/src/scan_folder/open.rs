@@ -1,9 +1,10 @@
 //! Opening a folder: which of its files can be read, and the summary of them.
 
+use super::entry::Entry;
 use super::file::{Cut, ScanFile};
 use super::format::ScanFormat;
 use super::found::FoundScans;
-use super::log::{Entry, ScanFolder};
+use super::log::ScanFolder;
 use super::stamps;
 use crate::damage::{DamageList, first_in_words};
 use crate::points::Layout;

@@ -1,6 +1,6 @@
 //! The head of a PCD file with one scan.
 
-use super::file::{Body, Head};
+use super::head::{Body, Head};
 use super::packed::{is_single, packed};
 use super::text::TextRows;
 use crate::pcd::header::{PcdData, PcdField, PcdHeader};

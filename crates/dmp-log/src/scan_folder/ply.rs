@@ -1,6 +1,6 @@
 //! The head of a PLY file with one scan.
 
-use super::file::{Body, Head};
+use super::head::{Body, Head};
 use super::text::TextRows;
 use crate::cloud::ply_header::{Encoding, PlyHeader, read_header};
 use crate::points::Layout;

@@ -1,6 +1,6 @@
 //! Times of points in files of their own beside the scans: `times/NAME.f32`, a float32 for each point.
 
-use super::log::Entry;
+use super::entry::Entry;
 use super::stamps::beside;
 use crate::folder::is_folder;
 use crate::points::{

@@ -64,7 +64,7 @@ pub(crate) fn run(arguments: &CastArgs) -> anyhow::Result<()> {
 fn measure(arguments: &CastArgs, files: &Files) -> anyhow::Result<()> {
     let work = Work::read(files)?;
     println!("\n{}: {} surfels, {} rays", files.name, work.surfels.len(), work.rays.len());
-    let mut casters = Casters::start(arguments, files);
+    let mut casters = Casters::start(&arguments.embree, &arguments.python, arguments.core, files);
     match Exact::of(files) {
         Ok(exact) => exact.print(&mut Own::new(&work)?, &work, &mut casters.peers)?,
         Err(error) => println!("{}: without exact ranges: {error:#}", files.name),

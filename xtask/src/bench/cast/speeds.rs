@@ -2,7 +2,6 @@
 
 use dmp_cast::Path;
 
-use super::CastArgs;
 use super::files::Files;
 use super::peers::{Peer, PeerKind};
 use crate::bench::times::spread;
@@ -34,9 +33,9 @@ pub(super) struct Casters {
 
 impl Casters {
     /// Starts all that the machine has; prints why others are missing.
-    pub(super) fn start(arguments: &CastArgs, files: &Files) -> Self {
-        let embrees = arguments.embree.iter().map(|options| PeerKind::Embree(options.clone()));
-        let open3d = PeerKind::Open3d(arguments.python.clone());
+    pub(super) fn start(embree: &[String], python: &std::path::Path, core: usize, files: &Files) -> Self {
+        let embrees = embree.iter().map(|options| PeerKind::Embree(options.clone()));
+        let open3d = PeerKind::Open3d(python.to_owned());
         let rays = std::fs::metadata(&files.rays).map_or(0, |file| file.len() / 28);
         let mut casters = Self { peers: Vec::new(), rows: Vec::new(), rays };
         for kind in embrees.chain([open3d, PeerKind::Own]) {
@@ -45,7 +44,7 @@ impl Casters {
                 PeerKind::Open3d(_) => vec!["single".to_owned()],
                 PeerKind::Own => own_modes(),
             };
-            match Peer::start(&kind, files, arguments.core) {
+            match Peer::start(&kind, files, core) {
                 Ok(peer) => {
                     println!("{}: {}: {}", files.name, peer.name, peer.ready);
                     let caster = casters.peers.len();
