@@ -5,7 +5,6 @@
 //! [`guard`](crate::guard) protects all come from there. A [`Spec`] is a command: a list of options and a function.
 //! A new option that sets a field of [`Config`] is one [`Opt`], and its name in the list of a command.
 
-mod asked;
 pub(crate) mod extrinsic;
 pub(crate) mod graph;
 pub(crate) mod input;
@@ -18,6 +17,5 @@ pub(crate) mod tools;
 pub(crate) mod truth;
 pub(crate) mod values;
 
-pub(crate) use asked::{Asked, KEEP_EVERY};
-pub(crate) use option::{Entry, Group, Opt, Role};
-pub(crate) use spec::{Out, Spec};
+pub(crate) use option::{Entry, Facts, Group, Opt, Role};
+pub(crate) use spec::{Asked, Out, Spec};

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::Group::{Output, Plain};
-use super::{Entry, Opt, Role, scoring};
+use super::{Entry, Opt, Role};
 use crate::named::NamedFile;
 
 pub(crate) static QUIET: Opt<bool> = Opt {

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::read::CloudFormat;
+use super::format::CloudFormat;
 use super::table::{Column, Number, Table, TableWriter};
 use crate::LogError;
 

@@ -9,7 +9,7 @@ use std::path::Path;
 
 use dmp_disk::OutputFile;
 
-use super::read::CloudFormat;
+use super::format::CloudFormat;
 use crate::LogError;
 pub(crate) use column::{Column, Number};
 use las_rows::LasRows;
