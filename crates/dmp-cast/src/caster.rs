@@ -83,11 +83,6 @@ impl<M: TileSource> Caster<M> {
         self.tiles.0.loads()
     }
 
-    /// Bytes of the tiles in memory.
-    pub fn tile_bytes(&self) -> usize {
-        self.tiles.0.bytes()
-    }
-
     /// Answers every query, in order; `answers` is overwritten. The answers do not depend on the division of rays into
     /// blocks.
     ///

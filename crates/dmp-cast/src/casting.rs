@@ -24,9 +24,6 @@ pub enum Grouping {
     Single,
     /// Packets wherever there are three rays.
     Packets,
-    /// Packets with at most this many squares of a disc's radius per ray in the far end of their frustum: `Auto` with
-    /// another limit than the measured optimum.
-    UpTo(u32),
 }
 
 impl Grouping {
@@ -36,7 +33,6 @@ impl Grouping {
             Self::Auto => SQUARES_PER_RAY,
             Self::Single => 0,
             Self::Packets => u32::MAX,
-            Self::UpTo(squares) => squares,
         }
     }
 }

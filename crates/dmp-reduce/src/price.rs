@@ -8,7 +8,7 @@ use crate::scales::{Scales, WIDEST, limits};
 /// square, 100 m² for a LiDAR.
 ///
 /// It must cost something, or runs with holes win, but less than a wrong hit at its worst. The default is
-/// κ = 0.15; `docs/metric.md` has the evidence. Kept in whole thousandths, so that equal prices are equal.
+/// κ = 0.15; `docs/accuracy.md` has the evidence. Kept in whole thousandths, so that equal prices are equal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 #[serde(try_from = "f64", into = "f64")]
 pub struct MissPrice {

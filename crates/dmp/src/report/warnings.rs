@@ -247,8 +247,7 @@ fn of_places(places: &PlacesReport, log_bytes: u64) -> Vec<String> {
         ));
     } else if places.revisited == 0 {
         warnings.push(format!(
-            "{} of {} places are revisited, but none of these was drawn: drift is not judged; try a larger --quick or another \
-             --seed",
+            "{} of {} places are revisited, but none of these was drawn: drift is not judged; try a larger --quick",
             thousands(places.revisited_total),
             thousands(places.total)
         ));

@@ -252,7 +252,7 @@ fn logs_without_checksums(town: &Town) {
     town.write("long.mcap", without_crcs(sample().0));
     let formats = [FolderFormat::Bin, FolderFormat::Pcd, FolderFormat::Ply, FolderFormat::Laz];
     formats.into_iter().for_each(|format| town.scans(format.extension(), town.scans, format));
-    let odd = "unlike the others | the same as scan | is stamped | no scan for";
+    let odd = "from the others | the same as scan | is stamped | no scan for";
     for log in ["plain.mcap", "bin", "pcd", "ply", "laz"] {
         town.line(format!("info {log} => 0 prints: no checksums"));
         town.line(format!(
