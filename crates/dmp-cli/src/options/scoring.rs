@@ -92,6 +92,7 @@ pub(crate) static SAMPLE: Opt<Sample> = Opt {
     ..Opt::text(Sampling, "sample", "N|P%", "2%", values::sample)
 };
 pub(crate) static DECIDE: Opt<Pair> = Opt {
+    conflicts: &[&output::KEEP],
     alone: Some(""),
     is_set_by_like: true,
     sets: Some(|config, pair| config.decide = Some(Decide { pair: pair.0 })),

@@ -91,7 +91,8 @@ fn with_runs(command: &str) -> String {
         ""
     };
     // Drift is a promise of no row, and half of the time.
-    let means = if command.starts_with("score ") && !command.contains(" --quick") { " --drift=none" } else { "" };
+    let means =
+        if command.starts_with("score ") && !command.contains(" --quick") { " --drift=none" } else { "" };
     format!("{command}{runs}{means}").replace("{gate}", GATE).replace("{keeping work}", KEEPING_WORK)
 }
 
