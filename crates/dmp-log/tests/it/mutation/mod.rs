@@ -82,7 +82,7 @@ fn child() {
         assert!(answer.refused.is_none(), "a good file is refused: {:?}", answer.refused);
         good.extend(answer.scans);
     }
-    let runs = number("DMP_RUNS").unwrap_or(400);
+    let runs = number("DMP_RUNS").unwrap_or(150);
     let (mut refused, mut scans) = (0, 0);
     for run in number("DMP_RUN").map_or(0..runs, |run| run..run + 1) {
         println!("run {run}");
