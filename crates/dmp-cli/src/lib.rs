@@ -4,9 +4,9 @@
 //! [`main`] is the whole command, and [`run`] the same with other arguments. [`run_for`] is for programs that run commands
 //! beside other work: results go into a writer, lines and progress to a [`Host`], which may stop it, and an error comes
 //! back as a [`Failure`].
-//! Each subcommand is a module with its [`Spec`] and a function that does it; [`options`] has what may be asked of them. Results go to standard
-//! output, everything else (progress, notes, errors) to standard error. What a user of the libraries
-//! would miss does not belong here.
+//! Each subcommand is a module with its `Spec` and a function that does it; `options` has what may be asked of them. Results
+//! go to standard output, everything else (progress, notes, errors) to standard error. What a user of the libraries would
+//! miss does not belong here.
 
 mod after_help;
 mod calibrate;
