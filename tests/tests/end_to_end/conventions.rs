@@ -22,7 +22,7 @@ use crate::common::{
 fn town() -> &'static (Vec<Scan>, Trajectory) {
     static TOWN: OnceLock<(Vec<Scan>, Trajectory)> = OnceLock::new();
     TOWN.get_or_init(|| {
-        let lidar = LidarOptions { azimuth_steps: 120, rate_hz: 10.0, ..LidarOptions::with_beams(16) };
+        let lidar = LidarOptions { azimuth_steps: 200, rate_hz: 10.0, ..LidarOptions::with_beams(16) };
         let route = Route::Loop;
         recorded(&RecordingOptions { seed: 7, scans: 420, route, speed_m_s: 8.0, traffic: 2, lidar })
     })

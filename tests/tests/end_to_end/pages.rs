@@ -187,7 +187,7 @@ fn every_page_is_sound_in_every_window() {
     .enumerate()
     {
         done(path, &format!("{truth} --plot plot{k}.html"));
-        let named = &[("region", "Result"), ("image", "over way")];
+        let named = &[("region", "Result"), ("image", "over path")];
         let shown = Shown { path: path.join(format!("plot{k}.html")), named, is_explored: false };
         assert_sound(&browser, &shown, &WINDOWS);
     }

@@ -13,9 +13,9 @@ use crate::common::{
 
 /// Two laps round a block.
 fn laps() -> (Vec<Scan>, Trajectory) {
-    let lidar = LidarOptions { azimuth_steps: 200, rate_hz: 2.0, ..LidarOptions::with_beams(16) };
+    let lidar = LidarOptions { azimuth_steps: 300, rate_hz: 4.0, ..LidarOptions::with_beams(16) };
     let route = Route::TwoLaps;
-    recorded(&RecordingOptions { seed: 4, scans: 200, route, speed_m_s: 8.0, traffic: 2, lidar })
+    recorded(&RecordingOptions { seed: 4, scans: 400, route, speed_m_s: 8.0, traffic: 2, lidar })
 }
 
 fn repaired(log: &MemoryLog, run: &Trajectory, threads: usize) -> Repair {
