@@ -386,7 +386,7 @@ fn calibrate_plots_every_axis() {
     let folder = calibrates("--plots figures");
     let figures = folder.path().join("figures");
     assert_eq!(fs::read_dir(&figures).unwrap().count(), 8);
-    has(&fs::read_to_string(figures.join("time.svg")).unwrap(), &["late", "time [ms]"]);
+    has(&fs::read_to_string(figures.join("time.svg")).unwrap(), &["thickness [cm]", "time [ms]"]);
 }
 
 #[test]
