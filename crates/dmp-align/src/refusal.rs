@@ -5,6 +5,13 @@ use thiserror::Error;
 /// Least share of the surfels of either visit that the other one sees.
 pub(crate) const LEAST_OVERLAP: f64 = 0.20;
 
+impl Refusal {
+    /// Whether surfaces are there that would hold an alignment, and none fits: not a want of surfaces.
+    pub fn is_contradiction(&self) -> bool {
+        matches!(self, Self::NotTheSameBackward { .. } | Self::NotAlike { .. })
+    }
+}
+
 /// Why the surfaces give no alignment.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[non_exhaustive]

@@ -37,9 +37,18 @@ pub(crate) struct Fitted {
 
 /// Mean square distance from the planes, m², with these errors taken away; `None` where there are no planes.
 pub(crate) fn thickness_m2(blocks: &[Block], mount: &Mount<'_>, metre_m: f64, steps: &Vector) -> Option<f64> {
-    let finest = levels(metre_m)[LEVELS.len() - 1].0;
-    let all = total(&of_blocks(blocks, mount, metre_m, steps, finest));
+    let all = total(&of_blocks_at_finest(blocks, mount, metre_m, steps));
     (all.weight > 0.0).then(|| all.squares_m2 / all.weight)
+}
+
+/// The sums of each block with these errors taken away.
+pub(crate) fn of_blocks_at_finest(
+    blocks: &[Block],
+    mount: &Mount<'_>,
+    metre_m: f64,
+    steps: &Vector,
+) -> Vec<Equations> {
+    of_blocks(blocks, mount, metre_m, steps, levels(metre_m)[LEVELS.len() - 1].0)
 }
 
 fn levels(metre_m: f64) -> [(Level, usize); LEVELS.len()] {

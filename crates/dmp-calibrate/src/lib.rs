@@ -9,6 +9,7 @@
 //! Nothing here reads a file. The bits of every result are the same for any number of threads.
 
 mod axis;
+mod evidence;
 mod fit;
 mod mount;
 mod planes;
@@ -22,10 +23,12 @@ use dmp_sensor::Isometry3;
 
 pub use axis::Axis;
 use axis::{AXES, Vector};
+pub use evidence::Interval;
+use evidence::is_shown;
 use fit::{Fitted, fit, thickness_m2};
 pub use mount::Mount;
 pub use sample::{Block, scans_of_block};
-pub use together::{Order, Together, Turns, together, turns};
+pub use together::{Order, Together, times_as_often, together, together_in_turns, together_of_blocks};
 
 /// What is left of the mean square thickness above which a fix is not worth it.
 const WORTH: f64 = 0.97;
@@ -50,9 +53,9 @@ pub struct Estimate {
     /// Whether it surely differs from what was given (0, of [`Axis::Sweep`] 1) by enough to be reported: 2 ms, 0.3 of a
     /// sweep, 0.05°, 1 cm.
     pub is_off: bool,
-    /// Whether fixing it pays besides: surfaces become thinner by it, by 3 % of the mean square or more. What does
-    /// less to the map does nothing to a verdict; and a run that drifts a little to one side looks as if its sensor were
-    /// turned a little.
+    /// Whether fixing it pays besides: surfaces become thinner by it, by 3 % of the mean square or more, and not with the
+    /// opposite as well. What does less to the map does nothing to a verdict; and a run that drifts a little to one side
+    /// looks as if its sensor were turned a little. What pays is estimated without the others.
     pub pays: bool,
 }
 
@@ -71,7 +74,7 @@ pub enum Silence {
 /// What was found of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Calibration {
-    /// Every number, in the order of [`Axis::ALL`], all looked for together.
+    /// Every number, in the order of [`Axis::ALL`]: those that pay by themselves, the others all together.
     pub estimates: [Estimate; AXES],
     /// Thickness of the planes as the run was given, metres: the root of the mean square distance.
     pub before_m: f64,
@@ -150,7 +153,7 @@ pub fn calibrate(
     };
     // Within a scan a pose between two others is used, and that of a jittering run is better than both: everything else gives
     // way to that.
-    let jitter_m = mount.jitter_m(REACH_M * metre_m);
+    let jitter_m = mount.trajectory.jitter_m(REACH_M * metre_m);
     let silence = if sweeps && jitter_m > JITTER_M * metre_m {
         Some(Silence::Jitter { jitter_m })
     } else {
@@ -183,13 +186,31 @@ pub fn calibrate(
         }
         (pays, alone) = (fewer, without);
     }
-    let estimates = std::array::from_fn(|k| Estimate {
-        axis: Axis::ALL[k],
-        value: value(k, all.steps[k]),
-        half: all.half_steps[k] * Axis::ALL[k].step(metre_m),
-        is_seen: is_seen(k),
-        is_off: off[k],
-        pays: pays[k],
+    let is_real = |k: usize| {
+        let with = |steps: f64| {
+            let mut changed = alone.steps;
+            changed[k] = steps;
+            changed
+        };
+        let (given, opposite) = (with(0.0), with(-alone.steps[k]));
+        let three = [&given, &alone.steps, &opposite];
+        k == Axis::Sweep as usize || is_shown(blocks, mount, metre_m, three, confidence)
+    };
+    let real: [bool; AXES] = std::array::from_fn(|k| pays[k] && is_real(k));
+    if real != pays {
+        (pays, alone) = (real, with_only(real)?);
+    }
+    let estimates = std::array::from_fn(|k| {
+        // What is fixed is what is reported.
+        let Fitted { steps, half_steps, .. } = if pays[k] { &alone } else { &all };
+        Estimate {
+            axis: Axis::ALL[k],
+            value: value(k, steps[k]),
+            half: half_steps[k] * Axis::ALL[k].step(metre_m),
+            is_seen: is_seen(k),
+            is_off: off[k],
+            pays: pays[k],
+        }
     });
     Some(Calibration {
         estimates,
@@ -198,4 +219,26 @@ pub fn calibrate(
         silence,
         mended: std::array::from_fn(|k| value(k, alone.steps[k])),
     })
+}
+
+/// Of some instants, as seconds to add to the stamps of the log, the one at which the poses hold, where the scans show beyond
+/// doubt that it is not that of the stamps.
+pub fn instant(
+    blocks: &[Block],
+    mount: &Mount<'_>,
+    metre_m: f64,
+    later_s: &[f64],
+    confidence: Confidence,
+) -> Option<usize> {
+    let steps = |later_s: f64| {
+        let mut steps = Vector::zeros();
+        steps[Axis::Time as usize] = later_s / Axis::Time.step(metre_m);
+        steps
+    };
+    let thickness = |&later_s: &f64| thickness_m2(blocks, mount, metre_m, &steps(later_s));
+    let given_m2 = thickness(&0.0)?;
+    let thinnest = |(k, later_s)| Some((k, thickness(later_s)?));
+    let (k, fixed_m2) = later_s.iter().enumerate().filter_map(thinnest).min_by(|a, b| a.1.total_cmp(&b.1))?;
+    let three = [&steps(0.0), &steps(later_s[k]), &steps(-later_s[k])];
+    (fixed_m2 < given_m2 && is_shown(blocks, mount, metre_m, three, confidence)).then_some(k)
 }

@@ -1,9 +1,7 @@
 //! Where the sensor is, and what that changes with what is looked for.
 
 use dmp_align::{Plane, PosedReturn, point_to_plane};
-use dmp_sensor::{
-    Isometry3, Track, TrackCursor, Trajectory, Translation3, UnitQuaternion, Vector3, pose_between,
-};
+use dmp_sensor::{Isometry3, Track, TrackCursor, Trajectory, Translation3, UnitQuaternion, Vector3};
 
 use crate::axis::{AXES, Axis, Vector};
 use crate::sample::Snapshot;
@@ -26,22 +24,6 @@ impl Mount<'_> {
     pub(crate) fn stamp_ns(&self, scan: &Snapshot) -> Option<i64> {
         let of_line = || self.trajectory.stamps_ns()?.get(scan.number)?.checked_sub(self.later_than_lines_ns);
         scan.stamp_ns.or_else(of_line)
-    }
-
-    /// How far poses are off from the path between their neighbours: root of the mean square, metres; a rotation counts at this
-    /// distance.
-    pub(crate) fn jitter_m(&self, reach_m: f64) -> f64 {
-        let (poses, stamps_ns) = (self.trajectory.poses(), self.trajectory.stamps_ns().unwrap_or_default());
-        let (mut squares_m2, mut count) = (0.0, 0.0);
-        for (three, at_ns) in poses.windows(3).zip(stamps_ns.windows(3)) {
-            let share = (at_ns[1] - at_ns[0]) as f64 / (at_ns[2] - at_ns[0]) as f64;
-            let between = pose_between(&three[0], &three[2], share);
-            let off_m = (three[1].translation.vector - between.translation.vector).norm()
-                + reach_m * between.rotation.angle_to(&three[1].rotation);
-            squares_m2 += off_m * off_m;
-            count += 1.0;
-        }
-        if count > 0.0 { f64::sqrt(squares_m2 / count) } else { 0.0 }
     }
 }
 
@@ -73,11 +55,7 @@ impl<'a> Trial<'a> {
             mount.body_from_sensor * Isometry3::from_parts(Translation3::from(shift_m), turn);
         // Between poses the velocity is that from one to the next; over a whole interval noise of single poses weighs
         // as much on one side as on the other.
-        let stamps_ns = mount.trajectory.stamps_ns().unwrap_or_default();
-        let mut gaps_ns: Vec<i64> =
-            stamps_ns.windows(2).map(|pair| pair[1].saturating_sub(pair[0])).collect();
-        gaps_ns.sort_unstable();
-        let usual_s = gaps_ns.get(gaps_ns.len() / 2).map_or(0.0, |&ns| ns as f64 / 1e9);
+        let usual_s = mount.trajectory.usual_step_ns() as f64 / 1e9;
         Self {
             mount: *mount,
             track: Track::new(mount.trajectory, body_from_sensor, mount.max_gap_ns),

@@ -5,7 +5,7 @@ use dmp_sensor::{Isometry3, Scan, Trajectory, UnitQuaternion, Vector3};
 
 use crate::axis::{AXES, Vector};
 use crate::mount::Trial;
-use crate::{Axis, Block, Calibration, Mount, Order, calibrate, scans_of_block, together};
+use crate::{Axis, Block, Calibration, Mount, Order, calibrate, instant, scans_of_block, together};
 
 const SCANS: usize = 240;
 const PERIOD_NS: i64 = 100_000_000;
@@ -97,10 +97,55 @@ fn a_right_run_is_right_and_errors_are_found_and_undone() {
     let [roll, pitch, yaw, x, y, z] = std::array::from_fn(|k| one.estimates[k + 2].value);
     let found = Isometry3::new(Vector3::new(x, y, z), Vector3::new(roll, pitch, yaw));
     let left = wrong * found;
-    assert!(left.translation.vector.norm() < 0.01 && left.rotation.angle() < 1e-3, "{left} {one:?}");
+    // What pays is estimated without the rest, which then weighs on it.
+    assert!(left.translation.vector.norm() < 0.01 && left.rotation.angle() < 2e-3, "{left} {one:?}");
     // What is fixed is what the surfaces need: time and turns here, and not every centimetre.
     assert!([Axis::Time, Axis::Roll, Axis::Yaw].iter().all(|&axis| one.of(axis).pays), "{one:?}");
     assert!(one.after_m < 0.6 * one.before_m && (one.after_m - plain.before_m).abs() < 1e-3, "{one:?}");
+}
+
+/// The mean of two noisy poses is better than either: whatever is shifted, surfaces become thinner, and nothing is off.
+#[test]
+fn noise_is_no_error_of_clock_or_mounting() {
+    let blocks = blocks(true);
+    for (draw, pose_period_ns) in [(0, 20_000_000), (1, 100_000_000), (2, 200_000_000), (3, 100_000_000)] {
+        let scatter = |k: i64, of: u64| {
+            let mut mixed = (k as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ (of + 10 * draw) << 17;
+            for shift in [31, 29, 32] {
+                mixed = (mixed ^ mixed >> shift).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+            }
+            (mixed >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+        };
+        let noisy = |k: i64| {
+            let ns = k * pose_period_ns;
+            let off = Vector3::from_fn(|axis, _| 0.05 * scatter(k, axis as u64));
+            let turned = Vector3::from_fn(|axis, _| 0.003 * scatter(k, 3 + axis as u64));
+            (ns, pose(ns, true) * Isometry3::new(off, turned))
+        };
+        let last = SCANS as i64 * PERIOD_NS / pose_period_ns;
+        let run = Trajectory::stamped((-5..last + 5).map(noisy).collect()).unwrap().trajectory;
+        for sweeps in [true, false] {
+            let mount = Mount {
+                trajectory: &run,
+                body_from_sensor: Isometry3::identity(),
+                max_gap_ns: i64::MAX,
+                later_than_lines_ns: 0,
+            };
+            let one = calibrate(&blocks, &mount, 1.0, sweeps, Confidence::P99).unwrap();
+            assert_eq!(one.paying().count(), 0, "{draw} {sweeps}: {one:?}");
+            assert_eq!(instant(&blocks, &mount, 1.0, &[-0.05, -0.1], Confidence::P99), None, "{draw}");
+        }
+    }
+    // Of a run that is wrong by half a scan it is found, with noise or without.
+    let right = truth(true);
+    let late = right.later_by(-50_000_000).unwrap();
+    let mount = Mount {
+        trajectory: &late,
+        body_from_sensor: Isometry3::identity(),
+        max_gap_ns: i64::MAX,
+        later_than_lines_ns: 0,
+    };
+    assert_eq!(instant(&blocks, &mount, 1.0, &[-0.1, -0.05], Confidence::P99), Some(1));
 }
 
 #[test]

@@ -1,8 +1,10 @@
 //! Whether scans belong to poses at all.
 
+use dmp_reduce::Confidence;
 use dmp_sensor::{Track, Vector3};
 use rayon::prelude::*;
 
+use crate::evidence::Interval;
 use crate::mount::Mount;
 use crate::sample::Block;
 
@@ -66,33 +68,39 @@ pub enum Order {
     Straight,
 }
 
-/// What the scans say of a run's turns.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Turns {
-    /// Blocks in which the run turns by more than 10°.
-    pub blocks: usize,
-    /// How well their scans fit together as the run turns.
-    pub turned: Together,
-    /// The same if it did not turn.
-    pub straight: Together,
+/// How well the scans of each block fit together.
+pub fn together_of_blocks(blocks: &[Block], mount: &Mount<'_>, order: Order, metre_m: f64) -> Vec<Together> {
+    blocks.par_iter().map(|block| of_block(block, mount, order, CELL_M * metre_m)).collect()
 }
 
 /// How well the scans of all blocks fit together.
 pub fn together(blocks: &[Block], mount: &Mount<'_>, order: Order, metre_m: f64) -> Together {
-    let of_blocks: Vec<Together> =
-        blocks.par_iter().map(|block| of_block(block, mount, order, CELL_M * metre_m)).collect();
-    of_blocks.into_iter().fold(Together::default(), Together::and)
+    total(&together_of_blocks(blocks, mount, order, metre_m))
 }
 
-/// Whether the scans turn with the run, where it turns.
-pub fn turns(blocks: &[Block], mount: &Mount<'_>, metre_m: f64) -> Turns {
-    let of_block = |block: &Block| {
-        let fit = |order: Order| of_block(block, mount, order, CELL_M * metre_m);
-        turn(block, mount).filter(|&turn| turn > TURN).map(|_| [fit(Order::Own), fit(Order::Straight)])
+/// How well the scans of each block in which the run turns fit together: as it turns, and as if it did not.
+pub fn together_in_turns(blocks: &[Block], mount: &Mount<'_>, metre_m: f64) -> [Vec<Together>; 2] {
+    let turns = |block: &&Block| turn(block, mount).is_some_and(|turn| turn > TURN);
+    let turning: Vec<&Block> = blocks.iter().filter(turns).collect();
+    let fit = |order: Order| {
+        let of_block = |block: &&Block| of_block(block, mount, order, CELL_M * metre_m);
+        turning.par_iter().map(of_block).collect()
     };
-    let fits: Vec<[Together; 2]> = blocks.par_iter().filter_map(of_block).collect();
-    let sum = |of: usize| fits.iter().map(|fit| fit[of]).fold(Together::default(), Together::and);
-    Turns { blocks: fits.len(), turned: sum(0), straight: sum(1) }
+    [fit(Order::Own), fit(Order::Straight)]
+}
+
+/// How many times as often the returns of some blocks meet in `one` way as in the `other`, with its interval.
+pub fn times_as_often(one: &[Together], other: &[Together], confidence: Confidence) -> Option<Interval> {
+    let both: Vec<(Together, Together)> = one.iter().copied().zip(other.iter().copied()).collect();
+    Interval::of(&both, confidence, |blocks| {
+        let (one, other): (Vec<Together>, Vec<Together>) = blocks.copied().unzip();
+        total(&one).share() / total(&other).share()
+    })
+}
+
+/// The sums over some blocks.
+fn total(blocks: &[Together]) -> Together {
+    blocks.iter().copied().fold(Together::default(), Together::and)
 }
 
 /// How far the run turns from the first scan of a block to the last, radians.

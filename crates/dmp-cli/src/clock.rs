@@ -11,7 +11,7 @@ use crate::options::{Asked, input};
 pub(crate) struct RunClock {
     /// `None`: as for all runs.
     pub(crate) time_offset_ns: Option<i64>,
-    pub(crate) pose_at: PoseAt,
+    pub(crate) pose_at: Option<PoseAt>,
 }
 
 impl RunClock {
@@ -23,7 +23,7 @@ impl RunClock {
         let both = offsets.into_iter().zip(instants);
         let clock = both.map(|(offset, pose_at)| Self {
             time_offset_ns: offset.map(|offset| offset.0),
-            pose_at: pose_at.copied().unwrap_or_default(),
+            pose_at: pose_at.copied(),
         });
         Ok(clock.collect())
     }

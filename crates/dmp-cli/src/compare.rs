@@ -31,7 +31,7 @@ pub(crate) static SPEC: Spec = Spec {
     name: "compare",
     about: "Compare saved results of `dmp score` of one log",
     more: "Prints the table of `dmp score` for the runs of all results. They must be of the same log, with the same version, \
-           frames, segments and settings (`dmp score --like`), else the difference is reported. Runs of results of `dmp score \
+           frames and settings, else the difference is reported. Runs of results of `dmp score \
            --keep` are all compared with each other, as if scored in one command; those with fused maps and those with given \
            ones apart. Of other results a pair is taken from one that holds both. Pairs that no result holds are not compared, \
            and ordered by the first column.",
@@ -131,7 +131,7 @@ fn with_remedy(error: JoinError) -> anyhow::Error {
         JoinError::Different { what, ref reports, .. }
             if !matches!(what, MadeWith::Log | MadeWith::Version) =>
         {
-            anyhow!("{error}; `dmp score --like {}` makes results that can be compared with it", reports[0])
+            anyhow!("{error}; score again with the settings of {}", reports[0])
         }
         JoinError::OfPlaces { report } => anyhow!(
             "{report}: made with --quick, where places and their maps depend on all runs of a command: score runs in one \

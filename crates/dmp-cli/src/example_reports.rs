@@ -43,7 +43,7 @@ pub(crate) fn given_maps() -> Report {
     };
     let pairs = vec![pair("a", "b", Basis::Near, &[5.0, 2.0, 0.5])];
     let mut report = report(vec![given("a", 1.0), given("b", 4.0)], &["a", "b"], pairs);
-    report.config.segments.length_m = None;
+    report.inputs.runs.iter_mut().for_each(|run| run.segments.length_m = None);
     report
 }
 
@@ -119,11 +119,13 @@ fn pair(a: &str, b: &str, basis: Basis, scales_m: &[f64]) -> PairReport {
 #[expect(clippy::needless_pass_by_value, reason = "callers make the values in place")]
 fn report(runs: Vec<RunReport>, order: &[&str], pairs: Vec<PairReport>) -> Report {
     let sample = sample();
-    let segments = with(sample["config"]["segments"].clone(), json!({ "length_m": 12.0, "count": 29 }));
-    let config = json!({ "voxel_m": 1638.0 / 8192.0, "ego_cells": 0, "segments": segments });
+    let config = json!({ "voxel_m": 1638.0 / 8192.0, "ego_cells": 0 });
+    let given = sample["inputs"]["runs"][0].clone();
+    let segments = with(given["segments"].clone(), json!({ "length_m": 12.0, "count": 29 }));
+    let given = with(given, json!({ "segments": segments }));
     let inputs = json!({
         "log": "town.mcap", "scans": 600, "scans_used": 597, "returns": 1_234_567, "returns_used": 1_200_000,
-        "dropped": { "too_near": 30_000, "too_far": 4567, "vehicle": 0 }, "runs": [], "notes": [], "damage": []
+        "dropped": { "too_near": 30_000, "too_far": 4567, "vehicle": 0 }, "runs": [given], "notes": [], "damage": []
     });
     let fields = json!({
         "dmp_version": "0.0.0", "config": with(sample["config"].clone(), config),

@@ -190,7 +190,6 @@ pub(crate) fn option_of(setting: SettingName) -> String {
         SettingName::WorkFolder => "--work".into(),
         SettingName::SaveMaps => "-o".into(),
         SettingName::Ranges => "--min-range and --max-range".into(),
-        SettingName::Segments => "--like".into(),
         SettingName::StampAt => "--stamp".into(),
         other => format!("--{other}"),
     }

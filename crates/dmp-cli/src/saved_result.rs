@@ -196,7 +196,7 @@ mod tests {
             ),
             (&|json| remove(json, "schema"), "no result of `dmp score --json`: it has no `schema`"),
             (&|json| remove(json, "sampling"), "missing field `sampling`: "),
-            (&|json| remove(json, "free_space"), "missing field `free_space`: "),
+            (&|json| remove(json, "order"), "missing field `order`: "),
             (&|json| remove(&mut json["runs"][1], "coverage"), "missing field `runs[1].coverage`: "),
             (
                 &|json| remove(&mut json["pairs"][0]["scales"][2], "interval_m2"),

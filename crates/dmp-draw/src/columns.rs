@@ -47,6 +47,12 @@ impl RankingRow<'_> {
     pub fn has_own_rank(&self) -> bool {
         self.rank != SHARED
     }
+
+    /// The run's name, with a mark where its numbers need a second look.
+    pub fn marked_name(&self, report: &Report) -> String {
+        let mark = if report.is_doubtful(&self.run.name) { " ?" } else { "" };
+        format!("{}{mark}", self.run.name)
+    }
 }
 
 /// What stands for the rank of the run above.
@@ -132,6 +138,9 @@ pub fn legend(report: &Report, shown: &[&str]) -> Vec<(&'static str, String)> {
     let sure = confidence(report.promise.confidence);
     all.push(("±", format!("how far the score before it may be off, as a sample was scored ({sure} sure)")));
     all.retain(|(term, _)| shown.contains(term));
+    if report.order.iter().any(|run| report.is_doubtful(run)) {
+        all.push(("?", "the run may be misread, or that of another log: see the warnings".to_owned()));
+    }
     if !ranking.rows.iter().all(RankingRow::has_own_rank) {
         all.push((SHARED, "the rank above: no run of that rank is decided to be better".to_owned()));
     }

@@ -52,12 +52,11 @@ fn or_none(value: Option<f64>, shown: impl Fn(f64) -> String) -> String {
 
 /// The first sentence: `Drift at revisits: kiss 59 cm (0.4 % of the path), mostly sideways; lio 1 cm.`
 pub fn drift_in_words(report: &DriftReport, scales: Scales) -> String {
-    if report.pairs_measured == 0 {
+    if !report.is_measured() {
         return format!(
-            "The {} revisits no place ({} m, {}), so drift cannot be measured.",
+            "The {} revisits no place ({} m), so drift cannot be measured.",
             scales.lengths().recording,
-            digits(report.travel_m),
-            counted(report.segments as u64, "segment"),
+            digits(report.runs.iter().map(|run| run.travel_m).fold(0.0, f64::max)),
         );
     }
     // A centimetre on a drive.
@@ -79,33 +78,54 @@ pub fn drift_in_words(report: &DriftReport, scales: Scales) -> String {
     }
 }
 
-/// What was looked at: `12 of 30 pairs of visits to the same places, 1200 m travelled`.
+/// What was looked at: `12 of 30 pairs of visits to the same places, 1200 m travelled`; of several runs the most of any.
 pub fn pairs_in_words(report: &DriftReport) -> String {
-    let pairs = counted(report.pairs_found as u64, "pair");
-    let pairs = if report.pairs_measured == report.pairs_found {
+    let Some(run) = report.runs.iter().max_by_key(|run| run.pairs_measured) else { return String::new() };
+    let pairs = counted(run.pairs_found as u64, "pair");
+    let pairs = if run.pairs_measured == run.pairs_found {
         pairs
     } else {
-        format!("{} of {pairs}", count(report.pairs_measured as u64))
+        format!("{} of {pairs}", count(run.pairs_measured as u64))
     };
-    format!("{pairs} of visits to the same places, {} m travelled", digits(report.travel_m))
+    let up_to = if report.runs.len() > 1 { "up to " } else { "" };
+    format!("{up_to}{pairs} of visits to the same places, {} m travelled", digits(run.travel_m))
 }
 
-/// `kiss 59 cm (0.4 % of the path), mostly sideways`.
+/// `kiss 59 cm (0.4 % of the path), mostly sideways`, and at how many visits, unless at all. Where no alignment fits, that
+/// comes first: `kiss lost at 4 of 14 visits (nothing fits within 6.00 m), at least 28.0 cm`.
 fn run_in_words(run: &RunDrift, floor_m: f64) -> String {
     let name = &run.name;
+    if let (1.., Some(median_m)) = (run.pairs_lost, run.median_m.value) {
+        return format!(
+            "{name} lost at {} of {} visits (nothing fits within {}), median at least {}",
+            run.pairs_lost,
+            run.pairs_measured,
+            metres(run.searched_m),
+            metres(median_m)
+        );
+    }
+    let answered = run.pairs + run.pairs_in_part;
+    let at = if answered < run.pairs_measured {
+        format!(", measured at {answered} of {} visits", run.pairs_measured)
+    } else {
+        String::new()
+    };
     let parts = [(run.along_m, "along the path"), (run.sideways_m, "sideways"), (run.up_m, "in height")];
     let mut known: Vec<(f64, &str)> =
         parts.into_iter().filter_map(|(part_m, part)| Some((part_m?, part))).collect();
     let Some(median_m) = run.median_m.value else {
+        if run.pairs_measured == 0 {
+            return format!("{name} revisits no place");
+        }
         if known.is_empty() {
-            return format!("{name} not observable: no surfaces constrain its visits");
+            return format!("{name} has no answer at {}", counted(run.pairs_measured as u64, "visit"));
         }
         let known: Vec<String> =
             known.iter().map(|(part_m, part)| format!("{} {part}", metres(*part_m))).collect();
-        return format!("{name} {}, the rest is not observable", known.join(", "));
+        return format!("{name} {}{at}, the rest is not observable", known.join(", "));
     };
     if median_m < floor_m {
-        return format!("{name} {}, within measurement error", metres(median_m));
+        return format!("{name} {}, within measurement error{at}", metres(median_m));
     }
     let share = run.of_the_way_percent.map(|percent| format!(" ({} % of the path)", digits(percent)));
     known.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -113,21 +133,26 @@ fn run_in_words(run: &RunDrift, floor_m: f64) -> String {
         [(most, part), (next, _), ..] if most > MOSTLY * next => format!(", mostly {part}"),
         _ => String::new(),
     };
-    format!("{name} {}{}{mostly}", metres(median_m), share.unwrap_or_default())
+    format!("{name} {}{}{mostly}{at}", metres(median_m), share.unwrap_or_default())
 }
 
 /// The row of a run, under [`DRIFT_HEADS`].
 pub fn drift_row(run: &RunDrift) -> Vec<String> {
     let interval = |of: &Measured| of.interval.map_or_else(|| NONE.to_owned(), metres_between);
-    let others = [(run.pairs_in_part, " in part"), (run.pairs_refused, " refused")];
+    let others =
+        [(run.pairs_in_part, " in part"), (run.pairs_lost, " lost"), (run.pairs_refused, " refused")];
+    let at_least = |length_m: f64| {
+        let sign = if run.pairs_lost > 0 { "≥ " } else { "" };
+        format!("{sign}{}", metres(length_m))
+    };
     let counts = others.iter().filter(|(count, _)| *count > 0);
     let counts: Vec<String> =
         [(run.pairs, "")].iter().chain(counts).map(|(count, what)| format!("{count}{what}")).collect();
     vec![
-        or_none(run.median_m.value, metres),
-        or_none(run.rms_m.value, metres),
+        or_none(run.median_m.value, at_least),
+        or_none(run.rms_m.value, at_least),
         interval(&run.rms_m),
-        or_none(run.p95_m.value, metres),
+        or_none(run.p95_m.value, at_least),
         or_none(run.along_m, metres),
         or_none(run.sideways_m, metres),
         or_none(run.up_m, metres),

@@ -1,6 +1,6 @@
 //! The verdicts of a suite in words, for tables and a page.
 
-use dmp::{EffectReport, LogPairReport, Outcome, SuitePairReport, SuiteReport, Verdict};
+use dmp::{EffectReport, Outcome, SuitePairReport, SuiteReport, Verdict};
 
 use crate::text::{self, NONE, digits};
 
@@ -102,10 +102,10 @@ pub fn suite_promise(report: &SuiteReport) -> String {
     )
 }
 
-/// What a log says of a pair, in a word or two: the better version, `mixed`, `same`, `undecided`, or that it has not both.
-pub fn log_word(on: Option<&LogPairReport>) -> String {
-    match on.map(|on| &on.verdict) {
-        None => NONE.to_owned(),
+/// What a log says of a pair, in a word or two: the better version, `mixed`, `same`, `undecided`, or which one fails.
+pub fn log_word(pair: &SuitePairReport, log: &str) -> String {
+    match pair.on(log).map(|on| &on.verdict) {
+        None => pair.failing_on(log).map_or_else(|| NONE.to_owned(), |version| format!("{version} fails")),
         Some(Verdict::Better { run, .. }) => run.clone(),
         Some(verdict) => verdict.to_string(),
     }

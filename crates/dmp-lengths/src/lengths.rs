@@ -36,9 +36,8 @@ pub struct Lengths {
     /// Longest segment of the path where no length is asked for, metres. A short path is cut into shorter ones. `None`:
     /// segments are cut by the number of scans.
     pub segment_m: Option<f64>,
-    /// Travel from which on the sensor's own vehicle is looked for, metres: of a log that stands still, everything would look
-    /// like it. `None`: it is not looked for.
-    pub ego_travel_m: Option<f64>,
+    /// Whether a vehicle that carries the sensor is looked for in the scans.
+    pub has_vehicle: bool,
 
     /// Whether returns on the trails of moving objects can be kept out of the maps: trails are detected by half a metre.
     pub has_free_space: bool,

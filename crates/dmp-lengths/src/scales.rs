@@ -36,7 +36,7 @@ const TABLE: &[(Scales, Lengths)] = &[
             voxels_m: [0.2, 0.3, 0.5],
             cloud_voxel_m: 0.2,
             segment_m: Some(12.0),
-            ego_travel_m: Some(20.0),
+            has_vehicle: true,
             has_free_space: true,
             has_quick: true,
             loop_map: LoopMapLengths { column_m: 8.0, near_m: 3.0, moved_m: 0.02, stretch_m: 5.0 },
@@ -78,7 +78,7 @@ const TABLE: &[(Scales, Lengths)] = &[
             // A camera that is held and turned sees something else without going anywhere.
             segment_m: None,
             // Nobody holds a camera so that a part of themselves is always in view.
-            ego_travel_m: None,
+            has_vehicle: false,
             has_free_space: false,
             has_quick: false,
             // A tenth of a drive's, to the bit: 3.0 * 0.1 is not 0.3.

@@ -27,7 +27,6 @@
 //! ```
 
 mod code;
-mod density;
 mod error;
 mod free_voxels;
 mod fuser;
@@ -57,7 +56,6 @@ mod triangle_sampler;
 mod window;
 mod write_map;
 
-pub use density::DensityProbe;
 pub use dmp_disk::TileId;
 pub use error::MapError;
 pub use free_voxels::{FreeVoxels, MarkBuffers};

@@ -86,14 +86,14 @@ impl Reducer {
     /// let layout = Layout::new(3, vec![Basis::CrossValidated; 2]);
     /// let mut reducer = Reducer::new(layout.clone());
     /// let mut frame = FrameSums::new(layout.bases());
-    /// frame.add_return(&[Residuals::all(0.1), Residuals::all(0.3)]);
+    /// frame.add_return(&[Residuals::all(0.125), Residuals::all(0.375)]);
     /// for ordinal in 0..3 {
     ///     reducer.add_frame(ordinal, &frame)?;
     /// }
     /// let pair = reducer.compare(0, 1, Promise::default());
     /// assert_eq!((pair.common_returns, pair.scales[0].scale_m), (3, 10.0));
     /// let difference_m2 = pair.scales[0].difference.unwrap().value_m2;
-    /// assert!((difference_m2 - (0.01 - 0.09)).abs() < 1e-9);
+    /// assert!((difference_m2 - (0.015625 - 0.140625)).abs() < 1e-9);
     /// // Three frames say nothing of how far they scatter.
     /// assert_eq!(pair.verdict, Verdict::Undecided { reason: UndecidedReason::TooFewFrames { frames: 3 } });
     /// # Ok::<(), dmp_reduce::ReduceError>(())

@@ -182,7 +182,8 @@ impl Reducer {
             return Err(ReduceError::OtherRuns);
         }
         let runs = frame.runs();
-        let returns = runs.first().map_or(0, RunSums::returns);
+        // A run lacks returns for which it has no pose.
+        let returns = runs.iter().map(RunSums::returns).max().unwrap_or(0);
         self.check_returns(returns)?;
         if returns > FRAME_RETURNS {
             return Err(ReduceError::TooManyReturns);
@@ -246,7 +247,7 @@ impl Reducer {
     }
 
     fn returns(&self) -> u64 {
-        self.runs.first().map_or(0, |run| run.sums.returns())
+        self.runs.iter().map(|run| run.sums.returns()).max().unwrap_or(0)
     }
 
     /// Its layout.

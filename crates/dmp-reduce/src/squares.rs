@@ -2,6 +2,7 @@
 
 use crate::basis::Basis;
 use crate::fixed::{rounded, short_square_units, square_units, unrounded_units};
+use crate::kept::KeptReturn;
 use crate::residuals::Residuals;
 use crate::scales::{CV, Scales, TRUNCATED_BITS, limits};
 use crate::surface::SurfaceGroup;
@@ -70,6 +71,18 @@ impl Squares {
             [depth.first_m, depth.first_sigmas].map(|off| if off.is_finite() { square_units(off) } else { 0 })
         });
         Self { lanes, far_first, depth, surfaces: residuals.surfaces }
+    }
+
+    /// These squares in a pair: those of `basis` are of the residual as it is kept.
+    #[inline]
+    pub(crate) fn as_kept(mut self, residuals: &Residuals, basis: Basis, scales: Scales) -> Self {
+        let kept = Self::of(&KeptReturn::of(residuals, basis, scales).residuals(basis, scales), scales);
+        let lanes = match basis {
+            Basis::CrossValidated => lane::CV_SQUARES,
+            Basis::Near => lane::NEAR_SQUARES,
+        };
+        self.lanes[lanes.clone()].copy_from_slice(&kept.lanes[lanes]);
+        self
     }
 
     /// The piece of surface that a prediction of `basis` lies on.

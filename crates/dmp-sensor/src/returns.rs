@@ -77,6 +77,12 @@ impl ReturnCounts {
         self.dropped[reason as usize] += count;
     }
 
+    /// Takes `count` of the used returns for dropped: they turned out to have no pose.
+    pub fn unpose(&mut self, count: u64) {
+        self.used -= count;
+        self.add_dropped(DropReason::NoPose, count);
+    }
+
     /// Notes that one of the dropped returns has a range that no LiDAR measures: see [`is_implausible`].
     pub fn add_implausible(&mut self) {
         self.implausible += 1;

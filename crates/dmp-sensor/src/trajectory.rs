@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
 
-use crate::between::Between;
+use crate::between::{Between, pose_between};
 
 /// Where the body was in the world: poses `world_from_body`, with stamps in nanoseconds or, for formats
 /// without any, in the order of the scans.
@@ -128,11 +128,31 @@ impl Trajectory {
     /// second, or three times the median interval where that is longer.
     pub fn usual_gap_ns(&self) -> i64 {
         const SECOND_NS: i64 = 1_000_000_000;
+        self.usual_step_ns().saturating_mul(3).max(SECOND_NS)
+    }
+
+    /// How far poses are off from the path between their neighbours: root of the mean square, metres; a rotation counts at
+    /// this distance. 0 without stamps.
+    pub fn jitter_m(&self, reach_m: f64) -> f64 {
+        let stamps_ns = self.stamps_ns().unwrap_or_default();
+        let (mut squares_m2, mut count) = (0.0, 0.0);
+        for (three, at_ns) in self.poses().windows(3).zip(stamps_ns.windows(3)) {
+            let share = (at_ns[1] - at_ns[0]) as f64 / (at_ns[2] - at_ns[0]) as f64;
+            let between = pose_between(&three[0], &three[2], share);
+            let off_m = (three[1].translation.vector - between.translation.vector).norm()
+                + reach_m * between.rotation.angle_to(&three[1].rotation);
+            squares_m2 += off_m * off_m;
+            count += 1.0;
+        }
+        if count > 0.0 { f64::sqrt(squares_m2 / count) } else { 0.0 }
+    }
+
+    /// The median time from pose to pose, nanoseconds; 0 without stamps.
+    pub fn usual_step_ns(&self) -> i64 {
         let stamps = self.stamps_ns().unwrap_or_default();
         let mut steps: Vec<i64> = stamps.windows(2).map(|pair| pair[1].saturating_sub(pair[0])).collect();
         steps.sort_unstable();
-        let median_ns = steps.get(steps.len() / 2).copied().unwrap_or(0);
-        median_ns.saturating_mul(3).max(SECOND_NS)
+        steps.get(steps.len() / 2).copied().unwrap_or(0)
     }
 
     /// The body's pose at `stamp_ns`, between its neighbours: the rotation by spherical, the place by

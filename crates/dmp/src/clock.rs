@@ -27,8 +27,7 @@ pub(crate) struct OnClock {
 }
 
 /// Converts the poses of a run, given in some frame as `trajectory`, to the log's clock. Poses without stamps
-/// get those of their scans. If the scans have none either, those of another run may be `lent`, whose n-th
-/// pose also is that of the n-th scan.
+/// get those of their scans, if these have any.
 ///
 /// # Errors
 /// When scans and poses can be paired neither by stamp nor line by line, or a time is out of range.
@@ -36,7 +35,6 @@ pub(crate) fn on_log_clock(
     heads: Heads<'_>,
     run: &Run,
     trajectory: Trajectory,
-    lent: Option<&[i64]>,
     settings: &Settings,
 ) -> Result<OnClock, EvaluateError> {
     let pairing = pairing_of(heads, run)?;
@@ -44,10 +42,10 @@ pub(crate) fn on_log_clock(
     let added_ns = if heads.summary().span_ns.is_some() { settings.time_offset_ns } else { 0 };
     let trajectory = match trajectory.stamps_ns() {
         Some(_) => trajectory,
-        None => with_stamps(heads, run, trajectory, lent, added_ns)?,
+        None => with_stamps(heads, run, trajectory, added_ns)?,
     };
     let later_ns = added_ns.saturating_sub(settings.time_offset_ns(run));
-    let shift_ns = run.pose_at.after_stamp_ns(heads.summary()).saturating_add(later_ns);
+    let shift_ns = run.instant().after_stamp_ns(heads.summary()).saturating_add(later_ns);
     let beyond = || EvaluateError::BeyondTimes { run: run.name.clone(), shift_s: shift_ns as f64 / 1e9 };
     let trajectory = trajectory.later_by(shift_ns).ok_or_else(beyond)?;
     let (period_ns, sweep_ns) = (heads.summary().period_ns, heads.summary().sweep_ns);
@@ -76,16 +74,10 @@ fn with_stamps(
     heads: Heads<'_>,
     run: &Run,
     trajectory: Trajectory,
-    lent: Option<&[i64]>,
     added_ns: i64,
 ) -> Result<Trajectory, EvaluateError> {
-    let stamps_ns = match (stamps_of_lines(heads), lent) {
-        (Some(stamps_ns), _) => {
-            stamps_ns.into_iter().map(|ns| ns.saturating_add(added_ns)).collect::<Vec<_>>()
-        }
-        (None, Some(lent)) if lent.len() == trajectory.len() => lent.to_vec(),
-        (None, _) => return Ok(trajectory),
-    };
+    let Some(stamps_ns) = stamps_of_lines(heads) else { return Ok(trajectory) };
+    let stamps_ns: Vec<i64> = stamps_ns.into_iter().map(|ns| ns.saturating_add(added_ns)).collect();
     if let Some(line) = stamps_ns.windows(2).position(|pair| pair[1] <= pair[0]) {
         if !heads.summary().has_point_times() {
             // Scans that are instants need no stamps.
@@ -149,10 +141,10 @@ mod tests {
         (0..count).map(|k| Isometry3::translation(k as f64, 0.0, 0.0)).collect()
     }
 
-    fn on_clock(log: &MemoryLog, run: &Run, lent: Option<&[i64]>) -> Result<OnClock, EvaluateError> {
+    fn on_clock(log: &MemoryLog, run: &Run) -> Result<OnClock, EvaluateError> {
         let config = Config { time_offset_ns: 1000, ..Config::default() };
         let settings = config.on_scales(Scales::Drive).unwrap().0;
-        on_log_clock(Heads::Log(log), run, run.trajectory.clone(), lent, &settings)
+        on_log_clock(Heads::Log(log), run, run.trajectory.clone(), &settings)
     }
 
     fn unstamped(count: usize) -> Run {
@@ -168,13 +160,13 @@ mod tests {
             (PoseAt::Middle, [1106, 1206, 1306]),
             (PoseAt::End, [1110, 1210, 1310]),
         ] {
-            let placed = on_clock(&log, &Run { pose_at, ..unstamped(3) }, None).unwrap();
+            let placed = on_clock(&log, &Run { pose_at: Some(pose_at), ..unstamped(3) }).unwrap();
             assert_eq!(placed.trajectory.stamps_ns(), Some(&stamps_ns[..]));
             assert_eq!((placed.pairing, placed.shift_ns), (Pairing::ByLine, stamps_ns[0] - 1100));
             assert_eq!(pose_at.to_string().parse(), Ok(pose_at));
         }
         assert!("later".parse::<PoseAt>().unwrap_err().contains("start, middle, end or stamp"));
-        assert!(matches!(on_clock(&log, &unstamped(4), None), Err(EvaluateError::LinePairing { .. })));
+        assert!(matches!(on_clock(&log, &unstamped(4)), Err(EvaluateError::LinePairing { .. })));
     }
 
     #[test]
@@ -182,35 +174,32 @@ mod tests {
         let log = log(&[Some(100), Some(200)]);
         let stamped = Trajectory::stamped(vec![(0, poses(1)[0]), (500, poses(1)[0])]).unwrap().trajectory;
         let run = Run::new("a", stamped);
-        let shift_ns = |run: &Run| on_clock(&log, run, None).unwrap().shift_ns;
+        let shift_ns = |run: &Run| on_clock(&log, run).unwrap().shift_ns;
         // The offset for all runs is in the stamps of the scans.
         assert_eq!(shift_ns(&run), 0);
         assert_eq!(shift_ns(&Run { time_offset_ns: Some(1000), ..run.clone() }), 0);
         assert_eq!(shift_ns(&Run { time_offset_ns: Some(1700), ..run.clone() }), -700);
         let beyond = Run { time_offset_ns: Some(i64::MIN), ..run };
-        assert!(matches!(on_clock(&log, &beyond, None), Err(EvaluateError::BeyondTimes { .. })));
+        assert!(matches!(on_clock(&log, &beyond), Err(EvaluateError::BeyondTimes { .. })));
     }
 
     #[test]
-    fn scans_without_stamps_take_those_of_another_run() {
+    fn without_any_stamp_there_is_none() {
         let log = log(&[None, None]);
         let stamped = Trajectory::stamped(vec![(5, poses(1)[0]), (9, poses(1)[0])]).unwrap().trajectory;
         // Here no scan has a stamp that includes the offset for all runs.
-        assert_eq!(on_clock(&log, &Run::new("a", stamped), None).unwrap().shift_ns, -1000);
-        let of = |lent: Option<&[i64]>| on_clock(&log, &unstamped(2), lent).unwrap().trajectory;
-        assert_eq!(of(None).stamps_ns(), None);
-        assert_eq!(of(Some(&[7, 9])).stamps_ns(), Some(&[-993, -991][..]));
-        assert_eq!(of(Some(&[7])).stamps_ns(), None);
+        assert_eq!(on_clock(&log, &Run::new("a", stamped)).unwrap().shift_ns, -1000);
+        assert_eq!(on_clock(&log, &unstamped(2)).unwrap().trajectory.stamps_ns(), None);
     }
 
     #[test]
     fn lines_out_of_time_are_reported_where_they_matter() {
-        let error = on_clock(&log(&[Some(100), Some(300), Some(300)]), &unstamped(3), None).unwrap_err();
+        let error = on_clock(&log(&[Some(100), Some(300), Some(300)]), &unstamped(3)).unwrap_err();
         let EvaluateError::LinesOutOfTime { scan, .. } = error else { panic!("{error}") };
         assert_eq!(scan, 2);
         let instants = [100, 300, 300].map(|ns| Scan { stamp_ns: Some(ns), ..Scan::default() });
         let instants = MemoryLog::new("memory", instants.into()).unwrap();
-        assert_eq!(on_clock(&instants, &unstamped(3), None).unwrap().trajectory.stamps_ns(), None);
+        assert_eq!(on_clock(&instants, &unstamped(3)).unwrap().trajectory.stamps_ns(), None);
     }
 
     #[test]

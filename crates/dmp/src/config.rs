@@ -10,7 +10,6 @@ use dmp_sensor::{Isometry3, Trajectory};
 use crate::drift::{DriftPairs, DriftReach};
 use crate::ego::Ego;
 use crate::pose_at::PoseAt;
-use crate::report::SegmentReport;
 use crate::sample::{Decide, Sample};
 use crate::segment_length::SegmentLength;
 use crate::seven::transform_of;
@@ -26,8 +25,9 @@ pub struct Run {
     pub map: MapSource,
     /// The extrinsic of the sensor on the body of this trajectory; `None`: [`Config::body_from_sensor`].
     pub body_from_sensor: Option<Isometry3<f64>>,
-    /// The instant of a scan for which a pose with the scan's stamp, or without a stamp, holds.
-    pub pose_at: PoseAt,
+    /// The instant of a scan for which a pose with the scan's stamp, or without a stamp, holds. `None`: nothing was chosen;
+    /// that is the stamp, unless [`vet`](crate::vet) finds another for poses without stamps.
+    pub pose_at: Option<PoseAt>,
     /// Added to every stamp of the log before it is looked up in this trajectory, nanoseconds; `None`:
     /// [`Config::time_offset_ns`].
     pub time_offset_ns: Option<i64>,
@@ -59,11 +59,16 @@ impl Run {
             trajectory,
             map: MapSource::Fused,
             body_from_sensor: None,
-            pose_at: PoseAt::Stamp,
+            pose_at: None,
             time_offset_ns: None,
             is_carried: false,
             source: RunSource::default(),
         }
+    }
+
+    /// The instant of a scan for which its poses hold.
+    pub fn instant(&self) -> PoseAt {
+        self.pose_at.unwrap_or_default()
     }
 }
 
@@ -119,8 +124,6 @@ pub struct Config {
     /// Length of a segment of the drive; `None`: 12 m, or a sixteenth of a shorter drive; in a room a sixteenth of the
     /// scans.
     pub segment: Option<SegmentLength>,
-    /// The segments of another report on the same scans; `None` cuts the path of the runs.
-    pub segments: Option<SegmentReport>,
     /// The unit of given clouds and meshes; `None`: the file's own, else the metre.
     pub map_unit: Option<LengthUnit>,
     /// Smallest range used, metres; `None`: 1.5 m, in a room 0.3 m.
@@ -190,7 +193,6 @@ impl Default for Config {
             scales: None,
             voxel_m: None,
             segment: None,
-            segments: None,
             map_unit: None,
             min_range_m: None,
             max_range_m: None,

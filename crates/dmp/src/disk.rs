@@ -55,7 +55,7 @@ impl<M: Sync + Send> Evaluation<'_, M> {
     fn disk_need(&self, sounding: &Sounding) -> DiskNeed {
         let (plan, means, runs) = (&self.plan, &self.means, &sounding.runs);
         let budget_bytes = self.work.budget().map_bytes(runs.len()) as f64;
-        let fuse_s = plan.returns() as f64 * runs.len() as f64 * FUSE_S / means.threads as f64;
+        let fuse_s = self.returns() as f64 * runs.len() as f64 * FUSE_S / means.threads as f64;
         let pauses = means.checkpoint_every.map_or(0.0, |every| fuse_s / every.as_secs_f64().max(1e-3));
         let aside: f64 = runs.iter().map(|run| run.put_aside(budget_bytes, pauses as u32)).sum();
         let aside_bytes = aside as u64 * SCRATCH_VOXEL_BYTES as u64;
@@ -65,7 +65,7 @@ impl<M: Sync + Send> Evaluation<'_, M> {
         let saved = u64::from(means.save_maps.is_some());
         let sizes = plan.looks.sizes();
         let scored = sizes.last().map_or(1.0, |&size| size as f64 / plan.frames().len().max(1) as f64);
-        let watched = self.sink.work_bytes((scored * plan.returns() as f64) as u64);
+        let watched = self.sink.work_bytes((scored * self.returns() as f64) as u64);
         let work = map_bytes * (rounds - saved) + aside_bytes * rounds + watched;
         DiskNeed { work, saved: map_bytes * saved }
     }

@@ -129,9 +129,6 @@ pub enum EvaluateError {
         /// The uncertainty of the sensor's position there, metres.
         off_m: f64,
     },
-    /// Every run has poses, but no scan has one in all of them.
-    #[error("no scan has a pose in every run")]
-    NothingInCommon,
     /// The drive is too short for a sample of places.
     #[error("{}", self.message_with(&SettingName::quoted))]
     NoPlaces {
@@ -151,6 +148,14 @@ pub enum EvaluateError {
     /// No return remains to score.
     #[error("no return is used: {0}")]
     NoReturns(String),
+    /// The scans of the log contradict the only run, or all of them, beyond doubt.
+    #[error("no run to score: run `{name}` is excluded: {why}")]
+    OtherLog {
+        /// The name of the first.
+        name: String,
+        /// The test that it fails.
+        why: String,
+    },
     /// Maps with different voxels cannot be compared.
     #[error("the maps of `{a}` and `{b}` have voxels of {a_m} and {b_m} m: their scores cannot be compared")]
     DifferentVoxels {

@@ -46,7 +46,7 @@ pub fn evaluate<'a>(
 /// Plan, fuse, cast, reduce.
 fn score<'a>(task: Task<'a>, runs: &'a [Run]) -> Result<Report, EvaluateError> {
     let mut times = Stopwatch::start();
-    // Each run in its own canonical frame; the same returns z, voxels and segments for all.
+    // Each run in its own canonical frame, with its own segments; the same returns z and voxels for all.
     let planned = task.plan(runs)?;
     let sounding = planned.sound()?;
     planned.foresee_tiles(&sounding)?;
@@ -72,10 +72,7 @@ fn score<'a>(task: Task<'a>, runs: &'a [Run]) -> Result<Report, EvaluateError> {
     times.of.cast_s = times.lap_s();
 
     // Drift at revisits, in metres.
-    let drift = match maps.drift_pairs() {
-        0 => None,
-        most_pairs => Some(maps.drift(most_pairs)?),
-    };
+    let drift = if maps.measures_drift() { Some(maps.drift()?) } else { None };
     times.of.drift_s = times.lap_s();
 
     let mut report = maps.report(&scored, disk, times.stop(maps.means.threads));
@@ -138,10 +135,10 @@ impl<M> Evaluation<'_, M> {
         if let Some(first) = self.fused.counts.filter(|first| all_scored && *first != scored.counts) {
             return Err(EvaluateError::LogChanged { first: first.used(), second: scored.counts.used() });
         }
-        let not_sampled = self.plan.returns().saturating_sub(scored.counts.total());
-        scored.counts.add_dropped(DropReason::ScanNotSampled, not_sampled);
+        let (used, all) = (self.returns(), self.plan.frames().iter().map(|frame| frame.returns).sum::<u64>());
+        scored.counts.add_dropped(DropReason::ScanNotSampled, used.saturating_sub(scored.counts.total()));
         scored.counts.add_dropped(DropReason::ScanNotSelected, self.plan.selection.unselected_returns);
-        scored.counts.add_dropped(DropReason::ScanWithoutPose, self.plan.selection.unposed_returns);
+        scored.counts.add_dropped(DropReason::ScanWithoutPose, all - used);
         if scored.counts.used() == 0 {
             return Err(EvaluateError::NoReturns(drops_in_words(&scored.counts)));
         }

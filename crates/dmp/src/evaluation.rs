@@ -10,7 +10,7 @@ use crate::config::{Config, Run};
 use crate::error::EvaluateError;
 use crate::extent::Extent;
 use crate::heads::Heads;
-use crate::plan::Plan;
+use crate::plan::{Plan, Selection};
 use crate::progress::Progress;
 use crate::run_state::RunState;
 use crate::setting_name::SettingName;
@@ -40,8 +40,6 @@ pub(crate) struct Evaluation<'a, M> {
 pub(crate) struct FuseTotals {
     /// The return counts; `None` when no map had to be fused.
     pub(crate) counts: Option<ReturnCounts>,
-    /// Used returns excluded from every map because they lie on trails.
-    pub(crate) left_out: u64,
     /// Bytes spilled to disk.
     pub(crate) scratch_bytes: u64,
 }
@@ -105,27 +103,28 @@ impl<'a> Task<'a> {
         })
     }
 
-    /// Selects scans, returns, voxels and segments, the same for all runs, and moves every run into its
-    /// canonical frame.
+    /// Selects scans, returns and voxels by the log, and segments and canonical frame of each run by its own path.
     ///
     /// # Errors
     /// When log and runs do not belong together.
     pub(crate) fn plan(self, runs: &'a [Run]) -> Result<Evaluation<'a, Option<Store>>, EvaluateError> {
         let stores = given::given_stores(runs)?;
         let voxel_m = given::voxel_of_stores(runs, &stores, self.settings.voxel_m)?;
-        let runs = own_frame::place(Heads::Log(self.log), runs, stores, &self.settings)?;
-        self.plan_placed(runs, voxel_m)
+        let selection = Selection::new(Heads::Log(self.log), &self.settings)?;
+        let runs = own_frame::place(Heads::Log(self.log), &selection.frames, runs, stores, &self.settings)?;
+        let voxel_m = voxel_m.or(self.settings.voxel_m);
+        self.plan_placed(selection, runs, voxel_m)
     }
 
-    /// The same for runs that already have their frames; `voxel_m` is the edge of given maps.
+    /// The same for runs that already have their frames; `voxel_m` is the voxel edge if it is already known.
     pub(crate) fn plan_placed<M>(
         self,
-        mut runs: Vec<RunState<'a, M>>,
+        selection: Selection,
+        runs: Vec<RunState<'a, M>>,
         voxel_m: Option<f64>,
     ) -> Result<Evaluation<'a, M>, EvaluateError> {
-        let voxel_m = voxel_m.or(self.settings.voxel_m);
-        let plan =
-            Plan::new(self.log, &mut runs, voxel_m, &self.settings, self.work.pool(), self.watch.progress)?;
+        let (settings, progress) = (&self.settings, self.watch.progress);
+        let plan = Plan::new(self.log, selection, voxel_m, settings, self.work.pool(), progress)?;
         Ok(self.planned(plan, runs))
     }
 
@@ -137,6 +136,17 @@ impl<'a> Task<'a> {
 }
 
 impl<'a, M> Evaluation<'a, M> {
+    /// Whether some run has a pose for a scan.
+    pub(crate) fn uses(&self, ordinal: usize) -> bool {
+        self.runs.iter().any(|run| run.path.has(ordinal))
+    }
+
+    /// Returns of all scans that some run has a pose for, used or not.
+    pub(crate) fn returns(&self) -> u64 {
+        let frames = self.plan.frames().iter().enumerate();
+        frames.filter(|(ordinal, _)| self.uses(*ordinal)).map(|(_, frame)| frame.returns).sum()
+    }
+
     /// The same evaluation with runs whose maps are at another stage.
     pub(crate) fn with_runs<N>(self, runs: Vec<RunState<'a, N>>) -> Evaluation<'a, N> {
         let Self { log, settings, means, work, progress, sink, plan, fused, .. } = self;

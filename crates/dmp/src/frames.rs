@@ -25,8 +25,6 @@ pub(crate) struct PlannedFrame {
     pub(crate) stamp_ns: Option<i64>,
     /// Returns in it, used or not.
     pub(crate) returns: u64,
-    /// Segment of the drive.
-    pub(crate) segment: i32,
 }
 
 /// The work of a thread on its frames.

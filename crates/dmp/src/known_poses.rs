@@ -15,8 +15,8 @@ pub(crate) struct KnownPoses {
     places: HashMap<i64, usize>,
     /// The current index: mostly the next one follows.
     at: usize,
-    /// For one time after the other, run by run.
-    poses: Vec<Isometry3<f64>>,
+    /// For one time after the other, run by run; `None` where a run has none.
+    poses: Vec<Option<Isometry3<f64>>>,
 }
 
 impl KnownPoses {
@@ -29,7 +29,7 @@ impl KnownPoses {
 
     /// The runs' poses at this time after the scan's stamp, if cached.
     #[inline]
-    pub(crate) fn of(&mut self, offset_ns: i64) -> Option<&[Isometry3<f64>]> {
+    pub(crate) fn of(&mut self, offset_ns: i64) -> Option<&[Option<Isometry3<f64>>]> {
         let is_next = self.offsets_ns.get(self.at + 1) == Some(&offset_ns);
         self.at = if is_next { self.at + 1 } else { *self.places.get(&offset_ns)? };
         let runs = self.poses.len() / self.offsets_ns.len();
@@ -37,7 +37,11 @@ impl KnownPoses {
     }
 
     /// Caches the runs' poses at a new time, unless there are already [`KNOWN_TIMES`].
-    pub(crate) fn keep(&mut self, offset_ns: i64, poses: impl ExactSizeIterator<Item = Isometry3<f64>>) {
+    pub(crate) fn keep(
+        &mut self,
+        offset_ns: i64,
+        poses: impl ExactSizeIterator<Item = Option<Isometry3<f64>>>,
+    ) {
         if self.offsets_ns.len() == KNOWN_TIMES {
             return;
         }
@@ -56,7 +60,7 @@ mod tests {
 
     #[test]
     fn what_is_kept_is_found_in_any_order_up_to_a_number_of_times() {
-        let pose = |ns: i64, run: i32| Isometry3::translation(ns as f64, f64::from(run), 0.0);
+        let pose = |ns: i64, run: i32| Some(Isometry3::translation(ns as f64, f64::from(run), 0.0));
         let mut known = KnownPoses::default();
         assert_eq!(known.of(0), None);
         for round in 1..3_i32 {

@@ -98,7 +98,7 @@ pub use cast::{CopiedScans, OddScans, Oddity};
 pub use config::{Config, Frame, FrameOrder, MapSource, Run, RunSource};
 pub use drift::{
     Displacement, DriftBin, DriftComparison, DriftPairs, DriftReach, DriftReport, Measured, RunDrift,
-    VisitPairOfRun, VisitPairReport, VisitReport, measure_drift,
+    VisitPairReport, VisitReport, measure_drift,
 };
 pub use ego::Ego;
 pub use error::{EvaluateError, Remedy};
@@ -116,9 +116,9 @@ pub use posed::{PosedLog, PosedScan};
 pub use progress::{Progress, Stage};
 pub use report::{
     Best, COLUMNS, Column, ColumnUnit, ConfigReport, ConventionsReport, DepthNoiseReport, DropReport,
-    EgoReport, EstimateReport, FreeSpaceReport, InputReport, LeftOutReport, MapReport, MemoryReport,
-    PairReport, PassTimes, PlacesReport, PromiseReport, Report, RunInputReport, RunReport, SamplingReport,
-    ScaleReport, ScaleScores, SegmentReport, TileReport, Verdict, Withheld, columns_by_rank,
+    EgoReport, EstimateReport, InputReport, LeftOutReport, MapReport, MemoryReport, PairReport, PassTimes,
+    PlacesReport, PromiseReport, Report, RunInputReport, RunReport, SamplingReport, ScaleReport, ScaleScores,
+    SegmentReport, TileReport, Verdict, Withheld, columns_by_rank,
 };
 pub use sample::{Decide, Looks, Sample};
 pub use segment_length::SegmentLength;
@@ -129,12 +129,13 @@ pub use shard::{
 };
 pub use sink::{ScoredPlace, ScoredReturns, ScoredRun, Sink};
 pub use suite::{
-    EffectReport, LogPairReport, MissingReport, Outcome, SuiteLog, SuiteLogReport, SuitePairReport,
-    SuitePromiseReport, SuiteReport, suite_report,
+    EffectReport, FailureReport, Failures, LogPairReport, MissingReport, Outcome, SuiteLog, SuiteLogReport,
+    SuitePairReport, SuitePromiseReport, SuiteReport, suite_report,
 };
 pub use unposed::Unposed;
 pub use vet::{
-    Found, LeftOut, Mend, PointTimes, PosesAs, Profile, VetSummary, Vetted, profiles, vet, vet_outline,
+    Doubt, DoubtTest, Found, Mend, PointTimes, PosesAs, Profile, VetSummary, Vetted, profiles, vet,
+    vet_outline,
 };
 pub use watch::Watch;
 pub use work::in_threads;

@@ -20,9 +20,9 @@ use crate::config::{Frame, Run};
 use crate::error::EvaluateError;
 use crate::frames::PlannedFrame;
 use crate::heads::Heads;
-use crate::plan::Drive;
+use crate::plan::RunPath;
 use crate::run_poses::RunPoses;
-use crate::run_state::{RunState, poses_of};
+use crate::run_state::RunState;
 use crate::settings::Settings;
 
 /// Range of the sensor for the extent of what it saw: to all sides, metres of a drive, and along its own z
@@ -41,79 +41,60 @@ pub(crate) fn tilt() -> UnitQuaternion<f64> {
     UnitQuaternion::from_quaternion(Quaternion::new(w, i, j, k))
 }
 
-/// Moves `runs` into their canonical frames, or into the frame of the store if the map is one. `stores` are
-/// those of the runs, in their order.
+/// Moves `runs` into their canonical frames, or into the frame of the store if the map is one, and finds their paths
+/// through the scans in use. `stores` are those of the runs, in their order. Each run is placed by itself.
 ///
 /// # Errors
 /// When a run and the log do not belong together.
 pub(crate) fn place<'a>(
     heads: Heads<'_>,
+    frames: &[PlannedFrame],
     runs: &'a [Run],
     stores: Vec<Option<Store>>,
     settings: &Settings,
 ) -> Result<Vec<RunState<'a, Option<Store>>>, EvaluateError> {
-    if heads.len() == 0 {
-        return Err(EvaluateError::NoScans { path: heads.summary().path.clone() });
-    }
-    let lent = runs.iter().find_map(|run| run.trajectory.stamps_ns());
     let placed = |run: &Run, trajectory: Trajectory| {
-        on_log_clock(heads, run, trajectory, lent, settings).map(|at| RunPoses::new(run, at, settings))
+        on_log_clock(heads, run, trajectory, settings).map(|at| RunPoses::new(run, at, settings))
     };
-    let from_start = |(number, store): (usize, Option<Store>)| {
+    let place = |(number, store): (usize, Option<Store>)| {
         let run = &runs[number];
         let poses = placed(run, run.trajectory.from_its_start())?;
-        Ok(RunState {
-            own_from_world: run.trajectory.poses()[0],
-            ..RunState::new(runs, number, poses, store)
-        })
-    };
-    let mut runs =
-        stores.into_iter().enumerate().map(from_start).collect::<Result<Vec<_>, EvaluateError>>()?;
-    let drive = Drive::new(heads, &mut runs, settings)?;
-    let (frames, after_ns) = seen_by_all(&drive, &runs, heads.summary().middle_ns);
-    let world_from_start: Vec<_> = runs
-        .iter()
-        .map(|run| {
-            let of_the_way = || {
-                let place = |frame: &&PlannedFrame| run.poses.of_frame_after(frame, after_ns);
-                frame_of(&frames.iter().filter_map(place).collect::<Vec<_>>(), settings.metre_m())
-            };
-            match settings.frame {
-                Frame::OfTheWay => of_the_way(),
-                Frame::Moved(new_from_world) => new_from_world * of_the_way(),
-                Frame::Fixed(world_from_own) => world_from_own * run.own_from_world,
-            }
-        })
-        .collect();
-    for (run, world_from_start) in runs.iter_mut().zip(world_from_start) {
-        if let Some(store) = &run.map {
-            run.own_from_world = *store.own_from_world();
-            let trajectory = run.run.trajectory.moved(&run.own_from_world.inverse());
-            run.poses = placed(run.run, trajectory)?;
-        } else {
-            run.poses = run.poses.moved(&world_from_start);
-            run.own_from_world *= world_from_start.inverse();
+        let path = RunPath::new(heads, frames, (run, &poses), settings)?;
+        let own_from_start = run.trajectory.poses()[0];
+        if let Some(own_from_world) = store.as_ref().map(|store| *store.own_from_world()) {
+            let poses = placed(run, run.trajectory.moved(&own_from_world.inverse()))?;
+            return Ok(RunState { own_from_world, ..RunState::new(runs, number, (poses, path), store) });
         }
-    }
-    Ok(runs)
+        let of_the_way = || {
+            let seen = seen(frames, (&poses, &path), heads.summary().middle_ns);
+            frame_of(&seen, settings.metre_m())
+        };
+        let world_from_start = match settings.frame {
+            Frame::OfTheWay => of_the_way(),
+            Frame::Moved(new_from_world) => new_from_world * of_the_way(),
+            Frame::Fixed(world_from_own) => world_from_own * own_from_start,
+        };
+        let own_from_world = own_from_start * world_from_start.inverse();
+        let poses = poses.moved(&world_from_start);
+        Ok(RunState { own_from_world, ..RunState::new(runs, number, (poses, path), store) })
+    };
+    stores.into_iter().enumerate().map(place).collect()
 }
 
-/// Scans, and times after their stamps, at which every run has a pose in the middle of the scan, whether
-/// stamps mark a scan's start or end. The stamps themselves, if no run has a pose in any middle.
-fn seen_by_all<'d, M>(
-    drive: &'d Drive,
-    runs: &[RunState<'_, M>],
+/// The poses in the middle of the scans, whether stamps mark a scan's start or end. Those at the stamps, if the run has
+/// none in any middle.
+fn seen(
+    frames: &[PlannedFrame],
+    (poses, path): (&RunPoses, &RunPath),
     middle_ns: i64,
-) -> (Vec<&'d PlannedFrame>, i64) {
+) -> Vec<Isometry3<f64>> {
     let after = |after_ns| {
-        let by_all = |frame: &&PlannedFrame| {
-            poses_of(runs).all(|poses| poses.of_frame_after(frame, after_ns).is_some())
-        };
-        drive.frames().iter().filter(by_all).collect::<Vec<_>>()
+        let posed = frames.iter().enumerate().filter(|(ordinal, _)| path.has(*ordinal));
+        posed.filter_map(|(_, frame)| poses.of_frame_after(frame, after_ns)).collect::<Vec<_>>()
     };
     match after(middle_ns) {
-        none if none.is_empty() => (after(0), 0),
-        frames => (frames, middle_ns),
+        none if none.is_empty() => after(0),
+        poses => poses,
     }
 }
 

@@ -12,16 +12,22 @@ use crate::evaluation::{Evaluation, Task};
 use crate::frames::{PlannedFrame, Worker, each_frame};
 use crate::heads::Heads;
 use crate::peak;
+use crate::plan::{RunPath, Selection};
 use crate::poser::Poser;
 use crate::progress::{Progress, Stage};
 use crate::run_poses::RunPoses;
-use crate::run_state::{RunState, poses_of};
+use crate::run_state::{RunState, posed};
 use crate::settings::{Means, Settings};
 use crate::watch::Watch;
 
 /// A log with one run's poses. Scans and returns are selected as by [`evaluate`](crate::evaluate); the poses
 /// are used as given.
-pub struct PosedLog<'a>(Evaluation<'a, ()>);
+pub struct PosedLog<'a> {
+    /// Its scans in use are those with a pose.
+    evaluation: Evaluation<'a, ()>,
+    /// Returns of the others.
+    unposed_returns: u64,
+}
 
 /// A used scan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -56,41 +62,49 @@ impl<'a> PosedLog<'a> {
             ..config.clone()
         };
         let task = Task::open(log, runs, &config, watch.into())?;
-        let on_clock = on_log_clock(Heads::Log(log), run, run.trajectory.clone(), None, &task.settings)?;
+        let on_clock = on_log_clock(Heads::Log(log), run, run.trajectory.clone(), &task.settings)?;
         let poses = RunPoses::new(run, on_clock, &task.settings);
-        task.plan_placed(vec![RunState::new(runs, 0, poses, ())], None).map(Self)
+        let mut selection = Selection::new(Heads::Log(log), &task.settings)?;
+        let path = RunPath::new(Heads::Log(log), &selection.frames, (run, &poses), &task.settings)?;
+        let all = std::mem::take(&mut selection.frames).into_iter().enumerate();
+        let (kept, unposed): (Vec<_>, Vec<_>) = all.partition(|(ordinal, _)| path.has(*ordinal));
+        selection.frames = kept.into_iter().map(|(_, frame)| frame).collect();
+        let unposed_returns = unposed.iter().map(|(_, frame)| frame.returns).sum();
+        let voxel_m = task.settings.voxel_m;
+        let runs = vec![RunState::new(runs, 0, (poses, path.posed_only()), ())];
+        Ok(Self { evaluation: task.plan_placed(selection, runs, voxel_m)?, unposed_returns })
     }
 
     /// The resolved settings on this log.
     pub fn settings(&self) -> &Settings {
-        &self.0.settings
+        &self.evaluation.settings
     }
 
     /// The resources.
     pub fn means(&self) -> &Means {
-        &self.0.means
+        &self.evaluation.means
     }
 
     /// Edge of the voxels for maps of this log, metres.
     pub fn voxel_m(&self) -> f64 {
-        self.0.plan.voxel.voxel_m
+        self.evaluation.plan.voxel.voxel_m
     }
 
     /// The scans in use, in order of time.
     pub fn scans(&self) -> impl ExactSizeIterator<Item = PosedScan> {
-        self.0.plan.frames().iter().map(posed_scan)
+        self.evaluation.plan.frames().iter().map(posed_scan)
     }
 
     /// The path length up to each of them, metres.
     pub fn along_m(&self) -> &[f64] {
-        &self.0.plan.along_m
+        &self.evaluation.runs[0].path.along_m
     }
 
     /// The body's pose in the run's own world at one of [`Self::scans`], and its position among the run's own
     /// poses: the number of a pose, with a fraction between two. `None` without a pose.
     pub fn body_at(&self, ordinal: usize) -> Option<(f64, Isometry3<f64>)> {
-        let frame = self.0.plan.frames().get(ordinal)?;
-        self.0.runs.first()?.poses.body_of_frame(frame)
+        let frame = self.evaluation.plan.frames().get(ordinal)?;
+        self.evaluation.runs.first()?.poses.body_of_frame(frame)
     }
 
     /// Reads the log once and passes `take` the rays of every scan in use with its index in [`Self::scans`],
@@ -99,11 +113,11 @@ impl<'a> PosedLog<'a> {
     /// # Errors
     /// When the log cannot be read, and the first error of `take`.
     pub fn each<E: From<EvaluateError> + Send>(&self, take: &Take<'_, E>) -> Result<ReturnCounts, E> {
-        let Evaluation { log, means, plan, runs, progress, .. } = &self.0;
-        progress.begin(Stage::Fuse, plan.returns());
+        let Evaluation { log, means, plan, runs, progress, .. } = &self.evaluation;
+        progress.begin(Stage::Fuse, self.evaluation.returns());
         let failed = Mutex::new(None);
         let worker = |_| Taker {
-            poser: Poser::new(poses_of(runs), &plan.filter),
+            poser: Poser::new(posed(runs), &plan.filter),
             rays: Vec::new(),
             take,
             failed: &failed,
@@ -118,7 +132,7 @@ impl<'a> PosedLog<'a> {
         let mut counts = ReturnCounts::default();
         workers?.iter().for_each(|worker| counts.merge(&worker.counts));
         counts.add_dropped(DropReason::ScanNotSelected, plan.selection.unselected_returns);
-        counts.add_dropped(DropReason::ScanWithoutPose, plan.selection.unposed_returns);
+        counts.add_dropped(DropReason::ScanWithoutPose, self.unposed_returns);
         peak::look();
         Ok(counts)
     }
@@ -126,7 +140,7 @@ impl<'a> PosedLog<'a> {
 
 impl std::fmt::Debug for PosedLog<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("PosedLog").field("settings", &self.0.settings).finish_non_exhaustive()
+        f.debug_struct("PosedLog").field("settings", &self.evaluation.settings).finish_non_exhaustive()
     }
 }
 
@@ -152,10 +166,11 @@ impl<E: From<EvaluateError> + Send> Worker for Taker<'_, E> {
     fn frame(&mut self, ordinal: usize, frame: &PlannedFrame, scan: &Scan) -> Result<(), EvaluateError> {
         let Self { poser, rays, .. } = self;
         rays.clear();
-        let counts = poser.blocks(frame, scan, |block| {
-            rays.extend_from_slice(block.rays(0));
+        let mut counts = poser.blocks((ordinal, frame), scan, |block| {
+            rays.extend(block.posed(0).map(|(_, ray)| *ray));
             Ok::<(), EvaluateError>(())
         })?;
+        counts.unpose(counts.used() - rays.len() as u64);
         if let Err(error) = (self.take)(ordinal, rays) {
             self.failed.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
             // The caller gets the original error.

@@ -9,9 +9,10 @@ use dmp_sensor::{
 use crate::frames::PlannedFrame;
 use crate::known_poses::KnownPoses;
 use crate::memory::{BLOCK_RAYS, MIN_BLOCK_RETURNS};
+use crate::plan::RunPath;
 use crate::run_poses::{RunPoses, ScanPose};
 
-/// Some used returns of a scan, the same in every run.
+/// Some used returns of a scan, the same for every run.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Block<'a> {
     runs: &'a [PosedRun<'a>],
@@ -22,9 +23,21 @@ pub(crate) struct Block<'a> {
 }
 
 impl Block<'_> {
-    /// The rays of the returns in one run.
+    /// The rays of the returns in one run, as many as [`Self::is_posed`] says are any; none where it has no pose for the
+    /// scan.
     pub(crate) fn rays(&self, run: usize) -> &[Ray] {
         &self.runs[run].rays
+    }
+
+    /// For each of these rays whether the run has a pose at its time.
+    pub(crate) fn is_posed(&self, run: usize) -> &[bool] {
+        &self.runs[run].is_posed
+    }
+
+    /// The rays for which the run has a pose, with the numbers of the returns.
+    pub(crate) fn posed(&self, run: usize) -> impl Iterator<Item = (usize, &Ray)> {
+        let rays = self.rays(run).iter().enumerate();
+        rays.zip(self.is_posed(run)).filter_map(|(ray, &is_posed)| is_posed.then_some(ray))
     }
 
     /// Number of returns.
@@ -47,23 +60,29 @@ pub(crate) struct Poser<'a> {
 #[derive(Debug)]
 struct PosedRun<'a> {
     poses: &'a RunPoses,
+    path: &'a RunPath,
     cursor: TrackCursor<'a>,
-    /// How poses are found in the current scan, and the pose of the current returns.
-    of_scan: ScanPose,
-    world_from_sensor: Isometry3<f64>,
+    /// How poses are found in the current scan, and the pose of the current returns; `None` without any.
+    of_scan: Option<ScanPose>,
+    world_from_sensor: Option<Isometry3<f64>>,
     /// For the current block.
     rays: Vec<Ray>,
+    is_posed: Vec<bool>,
 }
 
 impl<'a> Poser<'a> {
-    pub(crate) fn new(runs: impl IntoIterator<Item = &'a RunPoses>, filter: &'a ReturnFilter) -> Self {
-        let unknown = Isometry3::identity();
-        let posed = |poses: &'a RunPoses| PosedRun {
+    pub(crate) fn new(
+        runs: impl IntoIterator<Item = (&'a RunPoses, &'a RunPath)>,
+        filter: &'a ReturnFilter,
+    ) -> Self {
+        let posed = |(poses, path): (&'a RunPoses, &'a RunPath)| PosedRun {
             poses,
+            path,
             cursor: poses.track().cursor(),
-            of_scan: ScanPose::Rigid(unknown),
-            world_from_sensor: unknown,
+            of_scan: None,
+            world_from_sensor: None,
             rays: Vec::new(),
+            is_posed: Vec::new(),
         };
         let runs = runs.into_iter().map(posed).collect();
         Self {
@@ -75,21 +94,18 @@ impl<'a> Poser<'a> {
         }
     }
 
-    /// Passes `each` the scan's used returns, block by block. The returned counts cover every return of the
-    /// scan.
+    /// Passes `each` the used returns of the scan with this ordinal, block by block, if some run has a pose for it. The
+    /// returned counts cover every return of the scan.
     pub(crate) fn blocks<E>(
         &mut self,
-        frame: &PlannedFrame,
+        (ordinal, frame): (usize, &PlannedFrame),
         scan: &Scan,
         mut each: impl FnMut(Block<'_>) -> Result<(), E>,
     ) -> Result<ReturnCounts, E> {
         let mut counts = ReturnCounts::default();
-        for run in &mut self.runs {
-            let Some(of_scan) = run.poses.of_scan(frame) else {
-                counts.add_dropped(DropReason::NoPose, scan.len() as u64);
-                return Ok(counts);
-            };
-            run.of_scan = of_scan;
+        if !self.begin(ordinal, frame) {
+            counts.add_dropped(DropReason::NoPose, scan.len() as u64);
+            return Ok(counts);
         }
         let block_returns = (BLOCK_RAYS / self.runs.len().max(1)).max(MIN_BLOCK_RETURNS);
         self.clear();
@@ -107,11 +123,7 @@ impl<'a> Poser<'a> {
             let offset_ns = scan.time_offsets_ns.get(index).copied().unwrap_or(0);
             if posed_at_ns != Some(offset_ns) {
                 self.pose_points();
-                if !self.move_to(offset_ns) {
-                    posed_at_ns = None;
-                    counts.add_dropped(DropReason::NoPose, 1);
-                    continue;
-                }
+                self.move_to(offset_ns);
                 posed_at_ns = Some(offset_ns);
             }
             counts.add_used();
@@ -130,21 +142,26 @@ impl<'a> Poser<'a> {
         Ok(counts)
     }
 
+    /// Looks up how each run poses the scan; returns whether any does.
+    fn begin(&mut self, ordinal: usize, frame: &PlannedFrame) -> bool {
+        for run in &mut self.runs {
+            run.of_scan = if run.path.has(ordinal) { run.poses.of_scan(frame) } else { None };
+        }
+        self.runs.iter().any(|run| run.of_scan.is_some())
+    }
+
     /// Passes `each` the positions of some used returns of the scan in each run, metres in the frames of
     /// `own_from_world`, and the number of the run; runs without such a frame are skipped. Only returns whose
     /// index `is_drawn` are used; the others cost nothing.
     pub(crate) fn endpoints(
         &mut self,
-        frame: &PlannedFrame,
+        (ordinal, frame): (usize, &PlannedFrame),
         scan: &Scan,
         own_from_world: &[Option<Isometry3<f64>>],
         is_drawn: impl Fn(usize) -> bool,
         mut each: impl FnMut(usize, [f64; 3]),
     ) {
-        for run in &mut self.runs {
-            let Some(of_scan) = run.poses.of_scan(frame) else { return };
-            run.of_scan = of_scan;
-        }
+        self.begin(ordinal, frame);
         let mut posed_at_ns = None;
         let mut own_from_sensor: Vec<(usize, Matrix3<f64>, Vector3<f64>)> = Vec::new();
         let drawn = scan.points_in_sensor_m.iter().enumerate().filter(|&(index, _)| is_drawn(index));
@@ -153,13 +170,11 @@ impl<'a> Poser<'a> {
             if posed_at_ns != Some(offset_ns) {
                 posed_at_ns = Some(offset_ns);
                 own_from_sensor.clear();
-                if self.runs.iter_mut().all(|run| run.move_to(offset_ns)) {
-                    let posed = self.runs.iter().zip(own_from_world).enumerate();
-                    own_from_sensor.extend(posed.filter_map(|(number, (run, own_from_world))| {
-                        let pose = (*own_from_world)? * run.world_from_sensor;
-                        Some((number, *pose.rotation.to_rotation_matrix().matrix(), pose.translation.vector))
-                    }));
-                }
+                let posed = self.runs.iter_mut().zip(own_from_world).enumerate();
+                own_from_sensor.extend(posed.filter_map(|(number, (run, own_from_world))| {
+                    let pose = (*own_from_world)? * run.pose_at(offset_ns)?;
+                    Some((number, *pose.rotation.to_rotation_matrix().matrix(), pose.translation.vector))
+                }));
             }
             let in_sensor = Vector3::from(point.map(f64::from));
             for (run, rotation, translation) in &own_from_sensor {
@@ -168,30 +183,32 @@ impl<'a> Poser<'a> {
         }
     }
 
-    /// Moves the runs to this time after the scan's stamp; `false` if one has no pose there.
-    fn move_to(&mut self, offset_ns: i64) -> bool {
+    /// Moves the runs to this time after the scan's stamp.
+    fn move_to(&mut self, offset_ns: i64) {
         if let Some(poses) = self.known.of(offset_ns) {
             self.runs.iter_mut().zip(poses).for_each(|(run, pose)| run.world_from_sensor = *pose);
-            return true;
+            return;
         }
-        let is_found = self.runs.iter_mut().all(|run| run.move_to(offset_ns));
-        if is_found {
-            self.known.keep(offset_ns, self.runs.iter().map(|run| run.world_from_sensor));
-        }
-        is_found
+        self.runs.iter_mut().for_each(|run| run.world_from_sensor = run.pose_at(offset_ns));
+        self.known.keep(offset_ns, self.runs.iter().map(|run| run.world_from_sensor));
     }
 
     /// Computes the rays of the new points, all at the current poses: those of a firing in one loop.
     fn pose_points(&mut self) {
-        for run in &mut self.runs {
-            let (pose, posed) = (run.world_from_sensor, run.rays.len());
-            let points = &self.points_in_sensor_m[posed..];
+        for run in self.runs.iter_mut().filter(|run| run.of_scan.is_some()) {
+            let points = &self.points_in_sensor_m[run.rays.len()..];
+            // A return without a pose has a ray all the same, which nobody takes.
+            let pose = run.world_from_sensor.unwrap_or_default();
             run.rays.extend(points.iter().map(|&point| Ray::of_return(&pose, point)));
+            run.is_posed.resize(run.rays.len(), run.world_from_sensor.is_some());
         }
     }
 
     fn clear(&mut self) {
-        self.runs.iter_mut().for_each(|run| run.rays.clear());
+        for run in &mut self.runs {
+            run.rays.clear();
+            run.is_posed.clear();
+        }
         self.offsets_ns.clear();
         self.points_in_sensor_m.clear();
     }
@@ -203,18 +220,12 @@ impl<'a> Poser<'a> {
 }
 
 impl PosedRun<'_> {
-    /// Finds the pose of the returns at this time after the scan's stamp; `false` if there is none.
-    fn move_to(&mut self, offset_ns: i64) -> bool {
-        let pose = match self.of_scan {
+    /// The pose of the returns at this time after the scan's stamp.
+    fn pose_at(&mut self, offset_ns: i64) -> Option<Isometry3<f64>> {
+        match self.of_scan? {
             ScanPose::Rigid(pose) => Some(pose),
-            ScanPose::After(stamp_ns) => {
-                stamp_ns.checked_add(offset_ns).and_then(|ns| self.cursor.world_from_sensor_at(ns))
-            }
-        };
-        pose.is_some_and(|pose| {
-            self.world_from_sensor = pose;
-            true
-        })
+            ScanPose::After(stamp_ns) => self.cursor.world_from_sensor_at(stamp_ns.checked_add(offset_ns)?),
+        }
     }
 }
 

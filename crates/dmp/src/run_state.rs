@@ -1,9 +1,12 @@
 //! The state of a run during an evaluation.
 
+use std::sync::Arc;
+
 use dmp_sensor::Isometry3;
 
 use crate::config::Run;
 use crate::file_stem::file_stem_of;
+use crate::plan::RunPath;
 use crate::run_poses::RunPoses;
 
 /// A run and its state. `M` is its map at the current stage: the given store, the map being fused, the
@@ -18,10 +21,8 @@ pub(crate) struct RunState<'a, M> {
     pub(crate) poses: RunPoses,
     /// The frame of the run's trajectory.
     pub(crate) own_from_world: Isometry3<f64>,
-    /// Number of requested scans without a pose in it.
-    pub(crate) scans_without_pose: usize,
-    /// Those with poses on both sides, but too far apart.
-    pub(crate) scans_between_poses: usize,
+    /// Its path through the scans in use.
+    pub(crate) path: Arc<RunPath>,
     /// A likely error of the input, in words.
     pub(crate) hint: Option<String>,
     pub(crate) map: M,
@@ -29,20 +30,11 @@ pub(crate) struct RunState<'a, M> {
 
 impl<'a, M> RunState<'a, M> {
     /// The run of this number among `runs`, in its given frame.
-    pub(crate) fn new(runs: &'a [Run], number: usize, poses: RunPoses, map: M) -> Self {
+    pub(crate) fn new(runs: &'a [Run], number: usize, (poses, path): (RunPoses, RunPath), map: M) -> Self {
         let run = &runs[number];
         let names: Vec<&str> = runs.iter().map(|run| run.name.as_str()).collect();
         let (file_stem, own_from_world) = (file_stem_of(&names, &run.name), Isometry3::identity());
-        Self {
-            run,
-            file_stem,
-            poses,
-            own_from_world,
-            scans_without_pose: 0,
-            scans_between_poses: 0,
-            hint: None,
-            map,
-        }
+        Self { run, file_stem, poses, own_from_world, path: Arc::new(path), hint: None, map }
     }
 
     /// The same run with another map, and its previous map.
@@ -52,19 +44,21 @@ impl<'a, M> RunState<'a, M> {
 
     /// A run like this one, with another map.
     pub(crate) fn like<N>(&self, map: N) -> RunState<'a, N> {
-        let Self {
-            run, file_stem, poses, own_from_world, scans_without_pose, scans_between_poses, hint, ..
-        } = self;
+        let Self { run, file_stem, poses, own_from_world, path, hint, .. } = self;
         RunState {
             run,
             file_stem: file_stem.clone(),
             poses: poses.clone(),
             own_from_world: *own_from_world,
-            scans_without_pose: *scans_without_pose,
-            scans_between_poses: *scans_between_poses,
+            path: Arc::clone(path),
             hint: hint.clone(),
             map,
         }
+    }
+
+    /// The same run on another path.
+    pub(crate) fn with_path(self, path: RunPath) -> Self {
+        Self { path: Arc::new(path), ..self }
     }
 
     /// The run's name.
@@ -73,7 +67,9 @@ impl<'a, M> RunState<'a, M> {
     }
 }
 
-/// The poses of some runs.
-pub(crate) fn poses_of<'s, M>(runs: &'s [RunState<'_, M>]) -> impl Iterator<Item = &'s RunPoses> + Clone {
-    runs.iter().map(|run| &run.poses)
+/// The poses and paths of some runs.
+pub(crate) fn posed<'s, M>(
+    runs: &'s [RunState<'_, M>],
+) -> impl Iterator<Item = (&'s RunPoses, &'s RunPath)> + Clone {
+    runs.iter().map(|run| (&run.poses, &*run.path))
 }

@@ -2,6 +2,7 @@
 
 /// The length of a segment of the drive.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum SegmentLength {
     /// By the distance travelled, metres.
     Metres(f64),

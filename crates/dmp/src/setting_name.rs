@@ -12,8 +12,6 @@ use std::fmt;
 pub enum SettingName {
     /// [`Config::segment`](crate::Config::segment).
     Segment,
-    /// [`Config::segments`](crate::Config::segments).
-    Segments,
     /// [`Config::voxel_m`](crate::Config::voxel_m).
     Voxel,
     /// [`Config::min_range_m`](crate::Config::min_range_m) and [`Config::max_range_m`](crate::Config::max_range_m).
@@ -85,7 +83,6 @@ impl fmt::Display for SettingName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Segment => "segment",
-            Self::Segments => "segments",
             Self::Voxel => "voxel",
             Self::Ranges => "ranges",
             Self::Sigma => "sigma",

@@ -13,7 +13,6 @@ use crate::config::{Config, Frame, FrameOrder, Run};
 use crate::drift::{DriftPairs, DriftReach};
 use crate::ego::Ego;
 use crate::error::EvaluateError;
-use crate::report::SegmentReport;
 use crate::sample::{Decide, Sample};
 use crate::segment_length::SegmentLength;
 
@@ -28,8 +27,6 @@ pub struct Settings {
     pub voxel_m: Option<f64>,
     /// Length of a segment of the drive; `None`: by the length of the drive.
     pub segment: Option<SegmentLength>,
-    /// The segments of another evaluation; `None`: the path is cut anew.
-    pub segments: Option<SegmentReport>,
     /// The unit of given clouds and meshes; `None`: that of their files.
     pub map_unit: Option<LengthUnit>,
     /// Smallest range used, metres.
@@ -120,7 +117,6 @@ impl Config {
             scales,
             voxel_m: self.voxel_m,
             segment: self.segment,
-            segments: self.segments.clone(),
             map_unit: self.map_unit,
             min_range_m,
             max_range_m,

@@ -17,8 +17,8 @@ pub struct ScoredReturns<'a> {
     pub first: usize,
     /// Time of each return, nanoseconds after the frame's stamp.
     pub offsets_ns: &'a [i64],
-    /// The same returns in every run.
-    pub runs: &'a [ScoredRun<'a>],
+    /// The same returns in every run; `None` for a run without a pose for the frame.
+    pub runs: &'a [Option<ScoredRun<'a>>],
 }
 
 /// Used returns of one frame in one run.
@@ -32,6 +32,8 @@ pub struct ScoredRun<'a> {
     pub rays: &'a [Ray],
     /// The residuals of every ray.
     pub residuals: &'a [Residuals],
+    /// For each return whether the run has a pose at its time; ray and residuals mean nothing where not.
+    pub is_posed: &'a [bool],
 }
 
 impl ScoredRun<'_> {

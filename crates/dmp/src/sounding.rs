@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashMap, HashSet};
 
 use dmp_map::{BRICK_EDGE, Lattice, TileId, fused_bytes};
-use dmp_sensor::{Ray, Scan};
+use dmp_sensor::Scan;
 
 use crate::config::MapSource;
 use crate::error::EvaluateError;
@@ -11,8 +11,7 @@ use crate::evaluation::Evaluation;
 use crate::frames::{PlannedFrame, Worker, each_frame_of};
 use crate::poser::Poser;
 use crate::progress::{Progress, Stage};
-use crate::run_poses::RunPoses;
-use crate::run_state::{RunState, poses_of};
+use crate::run_state::{RunState, posed};
 
 /// One in this many scans is sampled, more of a short log.
 const ONE_OF: usize = 16;
@@ -75,8 +74,8 @@ impl<M: Sync + Send> Evaluation<'_, M> {
     /// When the log cannot be read.
     pub(crate) fn sound(&self) -> Result<Sounding, EvaluateError> {
         let is_fused = |run: &&RunState<'_, M>| run.run.map == MapSource::Fused;
-        let fused: Vec<&RunPoses> = self.runs.iter().filter(is_fused).map(|run| &run.poses).collect();
-        if fused.is_empty() {
+        let fused = self.runs.iter().filter(is_fused).count();
+        if fused == 0 {
             return Ok(Sounding { runs: Vec::new() });
         }
         let lattice = Lattice::new(self.plan.voxel.voxel_m)?;
@@ -85,21 +84,22 @@ impl<M: Sync + Send> Evaluation<'_, M> {
         let looked_at = frames.iter().step_by(one_of);
         let scans = looked_at.clone().count();
         let returns: u64 = looked_at.map(|frame| frame.returns).sum();
-        let part = (returns * fused.len() as u64).div_ceil(MOST_SEEN).max(1);
+        let part = (returns * fused as u64).div_ceil(MOST_SEEN).max(1);
         self.progress.begin(Stage::Survey, scans as u64);
         let worker = |_| Sounder {
-            poser: Poser::new(poses_of(&self.runs), &self.plan.filter),
+            poser: Poser::new(posed(&self.runs), &self.plan.filter),
             numbers: (0..self.runs.len()).filter(|&run| is_fused(&&self.runs[run])).collect(),
             per_m: 1.0 / lattice.voxel_m(),
             one_of,
             part,
-            seen: vec![Vec::new(); fused.len()],
+            seen: vec![Vec::new(); fused],
             progress: self.progress,
         };
         let workers = (0..self.means.threads).map(worker).collect();
         let reading = self.plan.reading(self.log, &self.means, self.progress);
-        let workers = each_frame_of(reading, |ordinal| ordinal.is_multiple_of(one_of), workers)?;
-        let mut runs = vec![Vec::new(); fused.len()];
+        let is_wanted = |ordinal: usize| ordinal.is_multiple_of(one_of) && self.uses(ordinal);
+        let workers = each_frame_of(reading, is_wanted, workers)?;
+        let mut runs = vec![Vec::new(); fused];
         for worker in workers {
             runs.iter_mut().zip(worker.seen).for_each(|(run, seen)| run.extend(seen));
         }
@@ -129,9 +129,9 @@ impl Worker for Sounder<'_> {
     fn frame(&mut self, ordinal: usize, frame: &PlannedFrame, scan: &Scan) -> Result<(), EvaluateError> {
         let Self { poser, numbers, per_m, one_of, part, seen, progress } = self;
         let first: Vec<usize> = seen.iter().map(Vec::len).collect();
-        poser.blocks(frame, scan, |block| {
+        poser.blocks((ordinal, frame), scan, |block| {
             for (&number, seen) in numbers.iter().zip(&mut *seen) {
-                for end in block.rays(number).iter().map(Ray::endpoint_in_world) {
+                for end in block.posed(number).map(|(_, ray)| ray.endpoint_in_world()) {
                     let voxel = end.map(|c| (c * *per_m).floor() as i32);
                     if hash(brick_of(voxel)).is_multiple_of(*part) {
                         seen.push(Seen { scan: (ordinal / *one_of) as u32, voxel, returns: 1 });

@@ -2,23 +2,20 @@
 
 use dmp_cast::{CastSettings, CountBuffers, CrossingCounter, Query};
 use dmp_map::{FreeVoxels, MarkBuffers, Met, Store, Tally};
-use dmp_sensor::{Ray, ReturnCounts, Scan};
+use dmp_sensor::{ReturnCounts, Scan};
 
 use crate::error::EvaluateError;
 use crate::evaluation::{Evaluation, FuseTotals};
-use crate::frames::{PlannedFrame, Worker, each_frame};
+use crate::frames::{PlannedFrame, Worker, each_frame_of};
 use crate::peak;
-use crate::poser::{Block, Poser, query_of};
+use crate::poser::{Poser, query_of};
 use crate::progress::Stage;
 use crate::run_map::RunMap;
-use crate::run_state::poses_of;
+use crate::run_state::posed;
 use crate::work::TrailFacts;
 
 /// Rays that must pass through a surfel for it to count as free space.
 const MIN_THROUGH: u32 = 4;
-/// A run votes if its share of contradicted surfels is at most this many times the smallest share.
-const VOTE_RATIO: u128 = 2;
-
 /// The trails in each run's map, by the rays of the log.
 #[derive(Debug)]
 pub(crate) struct Trails {
@@ -35,47 +32,27 @@ pub(crate) struct RunTrails {
     pub(crate) facts: TrailFacts,
 }
 
-/// Per-thread buffers of [`Trails::mark`].
+/// Per-thread buffers of [`Trails::take_out`].
 #[derive(Debug, Default)]
 pub(crate) struct TrailBuffers {
-    of_run: Vec<bool>,
+    marks: Vec<bool>,
     voxels: MarkBuffers,
 }
 
 impl Trails {
-    /// Marks each return that lies on a trail: its own surfel must be contradicted in every voting run. The
-    /// result is the same for all runs.
-    pub(crate) fn mark(
+    /// Takes the points of a run's returns out that lie on its trails: the surfel there is contradicted. Returns their
+    /// number.
+    pub(crate) fn take_out(
         &self,
-        block: &Block<'_>,
-        marks: &mut Vec<bool>,
+        run: usize,
+        points: &mut Vec<[f64; 3]>,
         buffers: &mut TrailBuffers,
-    ) -> Result<(), EvaluateError> {
-        marks.clear();
-        marks.resize(block.len(), true);
-        let TrailBuffers { of_run, voxels } = buffers;
-        for (number, run) in self.of_runs.iter().enumerate().filter(|(_, run)| run.facts.votes) {
-            let ends = block.rays(number).iter().map(Ray::endpoint_in_world);
-            run.free.mark(ends, of_run, voxels).map_err(EvaluateError::map_of(&run.name))?;
-            marks.iter_mut().zip(&*of_run).for_each(|(mark, free)| *mark &= free);
-        }
-        Ok(())
-    }
-}
-
-/// Gives a vote to the runs whose maps the rays contradict least, up to the ratio.
-///
-/// Trails are contradicted in every run alike, doubled walls only where the trajectory doubles them. So a run
-/// with far more contradictions is no evidence of motion.
-fn give_votes(runs: &mut [TrailFacts]) {
-    // a/b ≤ r·c/d as a·d ≤ r·c·b: integers give the same decision everywhere.
-    let share_within = |(a, b): (u64, u64), (c, d): (u64, u64), ratio: u128| {
-        u128::from(a) * u128::from(d.max(1)) <= ratio * u128::from(c) * u128::from(b.max(1))
-    };
-    let shares: Vec<(u64, u64)> = runs.iter().map(|run| (run.contradicted, run.surfels)).collect();
-    for run in runs {
-        let one = (run.contradicted, run.surfels);
-        run.votes = shares.iter().all(|&other| share_within(one, other, VOTE_RATIO));
+    ) -> Result<u64, EvaluateError> {
+        let (TrailBuffers { marks, voxels }, run) = (buffers, &self.of_runs[run]);
+        run.free.mark(points.iter().copied(), marks, voxels).map_err(EvaluateError::map_of(&run.name))?;
+        let (before, mut marks) = (points.len(), marks.iter());
+        points.retain(|_| marks.next() != Some(&true));
+        Ok((before - points.len()) as u64)
     }
 }
 
@@ -94,12 +71,13 @@ struct CountWorker<'e> {
 }
 
 impl Worker for CountWorker<'_> {
-    fn frame(&mut self, _: usize, frame: &PlannedFrame, scan: &Scan) -> Result<(), EvaluateError> {
+    fn frame(&mut self, ordinal: usize, frame: &PlannedFrame, scan: &Scan) -> Result<(), EvaluateError> {
         let Self { poser, evaluation, queries, buffers, .. } = self;
-        let counts = poser.blocks(frame, scan, |block| {
+        let counts = poser.blocks((ordinal, frame), scan, |block| {
             for (number, run) in evaluation.runs.iter().enumerate() {
+                let segment = run.path.segment(ordinal);
                 queries.clear();
-                queries.extend(block.rays(number).iter().map(|ray| query_of(ray, Some(frame.segment))));
+                queries.extend(block.posed(number).map(|(_, ray)| query_of(ray, segment)));
                 let Counting { counter, tally } = &run.map;
                 counter.count(queries, tally, buffers).map_err(EvaluateError::map_of(run.name()))?;
             }
@@ -141,15 +119,12 @@ impl<'a> Evaluation<'a, RunMap> {
                 || FreeVoxels::find(counter.store(), &tally, is_contradicted, &path, bytes.free_voxels);
             let free = work.install(find).map_err(EvaluateError::map_of(run.name()))?;
             let (surfels, contradicted) = (counter.store().surfels(), free.count());
-            let facts = TrailFacts { surfels, contradicted, votes: false };
+            let facts = TrailFacts { surfels, contradicted, left_out: 0 };
             trails.of_runs.push(RunTrails { name: run.name().to_owned(), free, facts });
             trails.scratch_bytes += tally.scratch_bytes();
             runs.push(run);
             peak::look();
         }
-        let mut facts: Vec<TrailFacts> = trails.of_runs.iter().map(|run| run.facts).collect();
-        give_votes(&mut facts);
-        trails.of_runs.iter_mut().zip(facts).for_each(|(run, facts)| run.facts = facts);
         // The next maps are made anew and counted anew.
         counting.fused = FuseTotals::default();
         Ok((counting.with_runs(runs), trails))
@@ -162,9 +137,9 @@ fn is_contradicted(met: Met) -> bool {
 
 impl Evaluation<'_, Counting> {
     fn count_crossings(&self) -> Result<ReturnCounts, EvaluateError> {
-        self.progress.begin(Stage::Trails, self.plan.returns());
+        self.progress.begin(Stage::Trails, self.returns());
         let worker = |_| CountWorker {
-            poser: Poser::new(poses_of(&self.runs), &self.plan.filter),
+            poser: Poser::new(posed(&self.runs), &self.plan.filter),
             evaluation: self,
             queries: Vec::new(),
             buffers: CountBuffers::default(),
@@ -172,30 +147,10 @@ impl Evaluation<'_, Counting> {
         };
         let workers = (0..self.means.threads).map(worker).collect();
         let mut counts = ReturnCounts::default();
-        for worker in each_frame(self.plan.reading(self.log, &self.means, self.progress), workers)? {
+        let reading = self.plan.reading(self.log, &self.means, self.progress);
+        for worker in each_frame_of(reading, |ordinal| self.uses(ordinal), workers)? {
             counts.merge(&worker.counts);
         }
         Ok(counts)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn votes_of(contradicted: &[u64], surfels: &[u64]) -> Vec<bool> {
-        let facts = |(&contradicted, &surfels)| TrailFacts { surfels, contradicted, votes: false };
-        let mut runs: Vec<_> = contradicted.iter().zip(surfels).map(facts).collect();
-        give_votes(&mut runs);
-        runs.iter().map(|run| run.votes).collect()
-    }
-
-    #[test]
-    fn far_more_contradictions_than_the_least_cost_the_vote() {
-        assert_eq!(votes_of(&[5], &[100]), [true]);
-        assert_eq!(votes_of(&[10, 20, 21], &[100, 100, 100]), [true, true, false]);
-        // Only the share counts; zero is not far less than zero.
-        assert_eq!(votes_of(&[10, 30], &[100, 400]), [true, true]);
-        assert_eq!(votes_of(&[0, 0, 1], &[100, 0, 100]), [true, true, false]);
     }
 }

@@ -47,7 +47,8 @@ pub(crate) enum Round {
 pub(crate) struct Fusing {
     pub(crate) done: FrameSet,
     pub(crate) counts: ReturnCounts,
-    pub(crate) left_out: u64,
+    /// For each run, returns on its trails.
+    pub(crate) left_out: Vec<u64>,
     /// From [`dmp_map::MapFuser::put_down`], for every run whose map is fused.
     pub(crate) fusers: Vec<Option<Vec<u8>>>,
 }
@@ -56,7 +57,6 @@ pub(crate) struct Fusing {
 #[derive(Debug, Default, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Fused {
     pub(crate) counts: Option<ReturnCounts>,
-    pub(crate) left_out: u64,
     pub(crate) scratch_bytes: u64,
     pub(crate) maps: Vec<FusedMap>,
 }
@@ -90,8 +90,8 @@ pub(crate) struct TrailFacts {
     pub(crate) surfels: u64,
     /// Number of them that the rays contradict.
     pub(crate) contradicted: u64,
-    /// Whether the run votes on trails.
-    pub(crate) votes: bool,
+    /// Returns that were excluded from the run's map because they lie on trails.
+    pub(crate) left_out: u64,
 }
 
 /// Partial scores of the cast.
@@ -271,7 +271,7 @@ fn identity(
     }
     for run in runs {
         hash.add(&(&run.name, run.trajectory.stamps_ns(), seven(&settings.body_from_sensor(run))))?;
-        hash.add(&(run.pose_at, run.time_offset_ns))?;
+        hash.add(&(run.instant(), run.time_offset_ns))?;
         for pose in run.trajectory.poses() {
             hash.add(&seven(pose))?;
         }

@@ -21,7 +21,8 @@ fn drive(folder: &Path, runs: u64) -> String {
         RecordingOptions { seed: 4, scans: 40, route: Route::Loop, speed_m_s: 8.0, traffic: 2, lidar };
     let (scans, truth) = recorded(&options);
     write_mcap(&folder.join("town.mcap"), &scans);
-    let mut arguments = "score town.mcap --json --trust --drift=none --threads 2 --work work".to_owned();
+    let mut arguments =
+        "score town.mcap --json --trust --drift=none --voxel 0.3 --threads 2 --work work".to_owned();
     fs::create_dir(folder.join("work")).unwrap();
     for seed in 0..runs {
         let wrong =

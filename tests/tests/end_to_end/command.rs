@@ -12,7 +12,7 @@ fn the_samples_are_ranked_as_the_readme_shows() {
     write(folder.path(), "all.json", &once(SAMPLE).stdout());
     // `compare` tests that this is the table of the score itself.
     let table = done(folder.path(), "compare all.json");
-    let ranks = ["1  truth ", "2  noise ", "3  drift ", "4  collapsed "];
+    let ranks = ["1  truth ", "2  noise ", "3  drift ", "=  collapsed "];
     has(&table, &ranks.map(|rank| format!("\n{rank}")).each_ref().map(String::as_str));
     let readme = std::fs::read_to_string(workspace().join("README.md")).unwrap();
     assert!(readme.contains(table.trim_end()), "README.md shows another table than\n{table}");
@@ -53,9 +53,10 @@ fn the_json_is_documented_and_is_read_back_as_the_report() {
     }
     assert_eq!((&json["schema"], &json["left_out"]), (&"dmp-score/2".into(), &serde_json::json!([])));
     assert_eq!(report.order, ["truth", "noise", "drift", "collapsed"]);
-    assert!(report.ties.is_empty() && report.pairs.len() == 6 && report.runs.len() == 4);
+    assert_eq!((report.pairs.len(), report.runs.len()), (6, 4));
+    assert_eq!(report.ties, [["drift", "collapsed"]]);
     for pair in &report.pairs {
-        let better = pair.verdict.better().unwrap();
+        let Some(better) = pair.verdict.better() else { continue };
         let decided =
             pair.scales.iter().find(|scale| Some(scale.scale_m) == pair.verdict.decided_at_m()).unwrap();
         let [low, high] = decided.interval_m2.unwrap();
@@ -67,7 +68,7 @@ fn the_json_is_documented_and_is_read_back_as_the_report() {
     }
     let inputs = &report.inputs;
     assert_eq!(inputs.returns, inputs.returns_used + inputs.dropped.0.values().sum::<u64>());
-    let segments = &report.config.segments;
+    let segments = &report.inputs.runs[0].segments;
     assert_eq!((segments.starts_ns.len(), segments.starts_scan.len()), (segments.count, segments.count));
     assert!(segments.length_m == Some(12.0) && segments.travel_m > 150.0);
     let drift = report.drift.unwrap();
@@ -77,16 +78,14 @@ fn the_json_is_documented_and_is_read_back_as_the_report() {
 #[test]
 fn free_space_is_reported_and_refused_with_given_maps() {
     let folder = tempfile::tempdir().unwrap();
-    let report = json(folder.path(), &format!("{TWO} --free-space"));
+    let report = json(folder.path(), &format!("{TWO} --free-space --voxel 0.3"));
     assert_documented(&report);
-    let free_space = &report["free_space"];
-    let count = |field: &str| free_space[field].as_u64().unwrap();
-    assert!(count("returns_left_out") < count("returns_fused") / 20, "{free_space}");
-    assert_eq!((&free_space["votes"][0], &report["order"][0]), (&"truth".into(), &"truth".into()));
+    assert_eq!(report["order"][0], "truth");
     for run in report["runs"].as_array().unwrap() {
         let count = |field: &str| run[field].as_u64().unwrap();
         assert!(count("surfels_contradicted") < count("surfels_with_trails"), "{run}");
         assert!(count("surfels") <= count("surfels_with_trails"), "{run}");
+        assert!(count("returns_left_out") < count("returns") / 10, "{run}");
     }
     write(folder.path(), "cloud.ply", "ply");
     let given = "score @/town.mcap -t @/truth.tum --free-space --map cloud.ply";

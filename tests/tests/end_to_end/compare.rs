@@ -6,16 +6,12 @@ use serde_json::{Value, json};
 
 use crate::command::assert_documented;
 use crate::common::{
-    SCORE, TWO, dmp, dmp_command, done, ends, has, misused, once, refused, sample, text, unwrapped, write,
+    SCORE, TWO, dmp, dmp_command, done, ends, has, once, refused, sample, text, unwrapped, write,
 };
 
 /// Scores these runs of the samples and keeps the JSON as `name`.
 fn save(folder: &Path, name: &str, options: &str) -> Value {
-    let scored = if options.contains("--like") {
-        done(folder, &format!("{SCORE} {options} --json --quiet"))
-    } else {
-        once(&format!("{SCORE} {options} --json --quiet")).stdout()
-    };
+    let scored = once(&format!("{SCORE} {options} --json --quiet")).stdout();
     write(folder, name, &scored);
     serde_json::from_str(&scored).unwrap()
 }
@@ -73,15 +69,14 @@ fn a_run_may_be_called_like_a_verdict() {
 fn results_that_were_made_alike_stand_in_one_table() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    let first = save(folder, "first.json", TRUTH_AND_DRIFT);
-    let second = save(folder, "second.json", "-t @/noise.tum --like first.json");
-    assert_eq!(first["config"]["segments"]["starts_scan"], second["config"]["segments"]["starts_scan"]);
+    save(folder, "first.json", TRUTH_AND_DRIFT);
+    save(folder, "second.json", "-t @/noise.tum");
     has(
         &compare(folder, "first.json second.json").1,
         &["\n1  truth", "\n2  noise", "\n3  drift", "not compared"],
     );
-    // In one command with the same segments the scores are the same.
-    let all = save(folder, "all.json", &format!("{TRUTH_AND_DRIFT} -t @/noise.tum --like first.json"));
+    // In one command the scores are the same.
+    let all = save(folder, "all.json", &format!("{TRUTH_AND_DRIFT} -t @/noise.tum"));
     let compared = |results: &str| -> Value {
         let (code, json) = compare(folder, &format!("{results} --json"));
         assert_eq!(code, 0, "{json}");
@@ -111,7 +106,7 @@ fn results_that_were_made_alike_stand_in_one_table() {
 
     // Runs of one name have the names of their results before them.
     save(folder, "monday.json", "-t slam=@/noise.tum -t @/truth.tum");
-    save(folder, "tuesday.json", "-t slam=@/drift.tum -t @/truth.tum --like monday.json");
+    save(folder, "tuesday.json", "-t slam=@/drift.tum -t @/truth.tum");
     has(
         &compare(folder, "monday.json new=tuesday.json").1,
         &["\n1  truth ", "\n2  monday/slam ", "\n3  new/slam "],
@@ -128,8 +123,6 @@ fn results_that_were_not_made_alike_are_refused_with_the_reason() {
         ("-t @/truth.tum --voxel 0.5", "settings: config.voxel_m is 0.300048828125 and 0.5"),
         ("-t @/truth.tum --voxel 0.3 --every 2", "frames: config.every is 1 and 2"),
         ("-t @/truth.tum --voxel 0.3 --sample 30", "frames: sampling.frames_scored is 100 and 30"),
-        // The way of another run is cut elsewhere.
-        ("-t @/noise.tum --voxel 0.3", "segments: config.segments.starts_scan[13] is 80 and 79"),
     ] {
         save(folder, "b.json", options);
         refused(folder, "compare a.json b.json", 1, &["a.json and b.json ", reason]);
@@ -138,13 +131,6 @@ fn results_that_were_not_made_alike_are_refused_with_the_reason() {
     done(folder, "simulate town -o other.mcap --scans 40 --azimuth-steps 90 --seed 3 --quiet");
     write(folder, "other.json", &done(folder, "score other.mcap -t other.truth.tum --json --quiet"));
     refused(folder, "compare a.json other.json", 1, &["log: inputs.fingerprint is crc32:"]);
-    for (command, result) in [
-        ("score @/town.mcap -t @/truth.tum --like other.json", "other.json"),
-        ("score other.mcap -t other.truth.tum --like a.json", "a.json"),
-        ("shard plan other.mcap -t other.truth.tum --like a.json -o parts", "a.json"),
-    ] {
-        refused(folder, command, 1, &[result, "another log", "crc32:"]);
-    }
 }
 
 /// A result in which one value was changed.
@@ -152,29 +138,6 @@ fn changed(folder: &Path, json: &Value, pointer: &str, value: Value) {
     let mut json = json.clone();
     *json.pointer_mut(pointer).unwrap() = value;
     write(folder, "changed.json", &json.to_string());
-}
-
-#[test]
-fn a_result_to_be_like_must_make_sense() {
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
-    let json = save(folder, "a.json", "-t @/truth.tum --sample 30 --ego=-1,-1,-1,1,1,1 --every 2");
-    save(folder, "b.json", "-t @/noise.tum --like a.json");
-    assert_eq!(compare(folder, "a.json b.json").0, 0);
-    let like = &format!("{SCORE} -t @/noise.tum --like");
-    for (pointer, value, code, words) in [
-        ("/config/segments/starts_scan/1", json!(7), 2, "segments from scan 7: a segment cannot begin there"),
-        ("/config/ego", json!("cat"), 1, "changed.json: config.ego is `cat`"),
-        ("/config/voxel_m", json!(0), 2, "voxel 0 m"),
-    ] {
-        changed(folder, &json, pointer, value);
-        refused(folder, &format!("{like} changed.json"), code, &[words]);
-    }
-    for option in ["--free-space", "--decide"] {
-        save(folder, "made.json", &format!("{TRUTH_AND_DRIFT} {option}"));
-        refused(folder, &format!("{like} made.json"), 1, &["made.json: made with", option]);
-    }
-    misused(folder, &format!("{like} a.json --voxel 0.2"), &["cannot be used with '--voxel"]);
 }
 
 #[test]

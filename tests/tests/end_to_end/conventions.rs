@@ -6,8 +6,7 @@ use std::path::Path;
 use std::sync::OnceLock;
 
 use dmp::{
-    Axis, Config, LeftOut, MapSource, Mend, PointTimes, PoseAt, PosesAs, Run, SettingName, Vetted, vet,
-    vet_outline,
+    Axis, Config, MapSource, Mend, PointTimes, PoseAt, PosesAs, Run, SettingName, Vetted, vet, vet_outline,
 };
 use dmp_log::{LogOptions, MemoryLog, outline_log};
 use dmp_sensor::{Isometry3, Point3, Quaternion, Scan, Trajectory, UnitQuaternion, Vector3};
@@ -88,7 +87,11 @@ const SURFACE: &str = "are where its map has a surface: check the map's frame";
 fn row_19_a_map_in_another_frame_is_reported_with_both_places() {
     let truth = trajectory(&sample("truth.tum"));
     for (shift, degrees, expected) in [
-        (Vector3::new(300_000.0, 400_000.0, 0.0), 0.0, ["the trajectory is around (300", "499,882 m apart"]),
+        (
+            Vector3::new(300_000.0, 400_000.0, 0.0),
+            0.0,
+            ["the trajectory is around (300", " m apart: check that the map"],
+        ),
         (Vector3::new(3.0, 5.0, 10.0), 40.0, [SURFACE, ""]),
     ] {
         let world = Isometry3::from_parts(shift.into(), turn(Vector3::z(), degrees).rotation);
@@ -103,14 +106,14 @@ fn row_19_a_map_in_another_frame_is_reported_with_both_places() {
 #[test]
 fn a_short_range_calls_no_good_run_misread() {
     let camera = "-t camera=@/truth.tum --extrinsic camera=0,0,0,0.5,-0.5,0.5,0.5";
-    for (range_m, runs, left_out) in [(3.0, "", 0), (8.0, camera, 1)] {
-        let code = if left_out > 0 { 3 } else { 0 };
+    for (range_m, runs, misread) in [(3.0, "", 0), (8.0, camera, 1)] {
         let arguments = format!(
             "score @/town.mcap -t @/truth.tum -t @/drift.tum {runs} --drift=none --max-range {range_m} --voxel 0.3 --json"
         );
         let report: dmp::Report =
-            serde_json::from_slice(&ends(Path::new("."), &arguments, code).stdout).unwrap();
-        assert_eq!(report.left_out.len(), left_out, "{range_m} {runs}");
+            serde_json::from_slice(&ends(Path::new("."), &arguments, 0).stdout).unwrap();
+        let conventions = report.inputs.runs.iter().filter_map(|run| run.conventions.as_ref());
+        assert_eq!(conventions.filter(|found| found.doubtful).count(), misread, "{range_m} {runs}");
     }
     // A wrong extrinsic that was given to all runs is reported as that, and not as a wrong clock.
     let half_turn =
@@ -132,7 +135,8 @@ fn runs_on_clocks_of_their_own_are_right_on_a_log_without_stamps() {
     let elsewhere = at_scans.clone().later_by(1_234_567_890_123).unwrap();
     let runs = [Run::new("here", at_scans), Run::new("elsewhere", elsewhere)];
     let found = vet(&log, &runs, &Config::default(), false, &()).unwrap();
-    assert_eq!(words(&found), [""; 0]);
+    let copies = "runs `here`, `elsewhere` are copies of one estimate: the same motion from pose to pose";
+    assert_eq!(words(&found), [copies]);
     let [here, elsewhere] = [0, 1].map(|k| found.found[k].calibration.as_ref().unwrap());
     assert_eq!(here.estimates, elsewhere.estimates);
     assert!(here.of(Axis::Time).is_seen);
@@ -195,13 +199,20 @@ fn a_pose_at_the_end_of_its_scan_is_found_as_that() {
     let unstamped = Trajectory::unstamped(ends().map(|(_, pose)| pose).collect()).unwrap();
     let runs = [Run::new("stamped", stamped), Run::new("unstamped", unstamped), truth()];
     let found = vetted(&runs, true);
-    for of_run in &found.found[..2] {
-        assert_eq!(of_run.mends, [Mend::PoseAt(PoseAt::End)], "{}", of_run.name);
-    }
-    assert_eq!(found.found[2].mends, []);
+    assert_eq!(found.found[0].mends, [Mend::PoseAt(PoseAt::End)]);
+    assert!(found.found[1].mends.is_empty() && found.found[2].mends.is_empty());
     assert!(found.alike.is_empty());
-    // Only the two: nobody else is to blame. With them alone it is the log that is.
-    assert_eq!(vetted(&runs[..2], false).alike[0].axis, Axis::Time);
+    // Without stamps nothing is overridden: the instant is used unless another is chosen, and the stamp may be.
+    let as_given = vetted(&runs[..2], false);
+    assert_eq!(as_given.found[1].instant, Some(PoseAt::End));
+    let used = |found: &Vetted| -> Vec<PoseAt> { found.runs.iter().map(Run::instant).collect() };
+    assert_eq!(used(&as_given), [PoseAt::Stamp, PoseAt::End]);
+    let chosen = Run { pose_at: Some(PoseAt::Stamp), ..runs[1].clone() };
+    let chosen = vetted(&[chosen], false);
+    assert_eq!(used(&chosen), [PoseAt::Stamp]);
+    assert_eq!(chosen.found[0].mends, [Mend::PoseAt(PoseAt::End)]);
+    // Both are one estimate: that they are off alike accuses nobody.
+    assert!(as_given.alike.is_empty() && as_given.copies == [[0, 1]]);
 }
 
 /// Trajectories of other drives that happen to have the log's stamps.
@@ -212,12 +223,27 @@ fn a_trajectory_of_another_drive_does_not_belong() {
         let options = RecordingOptions { seed: 3, scans: 420, route, speed_m_s: 8.0, traffic: 0, lidar };
         Run::new(format!("{route:?}"), recorded(&options).1)
     });
+    // A hint is no proof: they are scored, and the one of which more returns meet without its turns is reported.
     let runs: Vec<Run> = std::iter::once(truth()).chain(others).collect();
     let found = vetted(&runs, true);
-    assert_eq!(found.is_kept(), [true, false, false]);
-    // Alone it is scored, and reported.
-    let alone = vetted(&runs[1..2], true);
-    assert_eq!((alone.is_kept(), words(&alone).len()), (vec![true], 1));
+    assert_eq!(found.is_kept(), [true; 3]);
+    assert_eq!([0, 1, 2].map(|k| found.found[k].is_doubtful(true)), [false, false, true]);
+
+    // Left and right exchanged: every turn contradicts the scans, beyond doubt.
+    let mirrored = moved(&town().1, |pose| {
+        let (place, turn) = (pose.translation.vector, pose.rotation.quaternion());
+        let turn = UnitQuaternion::new_unchecked(Quaternion::new(turn.w, -turn.i, turn.j, -turn.k));
+        Isometry3::from_parts(Vector3::new(place.x, -place.y, place.z).into(), turn)
+    });
+    let found = vetted(&[truth(), Run::new("mirrored", mirrored)], true);
+    assert_eq!(found.is_kept(), [true, false]);
+    has(
+        &words(&found).join("\n"),
+        &[
+            "run `mirrored` is excluded: its poses do not match the scans of this log: in turns, ",
+            "without the turn",
+        ],
+    );
 }
 
 #[test]
@@ -331,8 +357,15 @@ fn row_19_each_wrong_reading_is_one_line_and_harms_no_other_run() {
             stderr.lines().filter(|line| line.contains(&format!("run `{name}`"))).collect();
         assert!(lines.len() == 1 && lines[0].contains(option), "{name}: {option}\n{stderr}");
     }
-    assert_eq!(report["left_out"].as_array().unwrap().len(), wrong.len());
-    assert_eq!((&report["runs"], &report["config"]), (&alone["runs"], &alone["config"]));
+    // Only what has no poses for the scans is excluded; the others are scored, with a mark.
+    let names = |list: &serde_json::Value, of: &dyn Fn(&serde_json::Value) -> bool| -> Vec<String> {
+        let named = list.as_array().unwrap().iter().filter(|run| of(run));
+        named.map(|run| run["name"].as_str().unwrap().to_owned()).collect()
+    };
+    assert_eq!(names(&report["left_out"], &|_| true), ["hour", "keyframes"]);
+    let doubtful = names(&report["inputs"]["runs"], &|run| run["conventions"]["doubtful"] == true);
+    assert_eq!(doubtful, ["mm", "wxyz", "inverse", "camera", "late", "gps"]);
+    assert_eq!((&report["runs"][0], &report["config"]), (&alone["runs"][0], &alone["config"]));
     // Fixed, each is the run that it was meant to be.
     let fixed: dmp::Report = serde_json::from_slice(
         &ends(path, &format!("{score} -t mm.tum -t camera.tum --mend --json"), 0).stdout,
@@ -349,8 +382,8 @@ fn row_19_each_wrong_reading_is_one_line_and_harms_no_other_run() {
     let [truth, keyframes] = [0, 1].map(|run| runs[run]["r_near_m2"]["2"].as_f64().unwrap().sqrt());
     assert!((truth / keyframes - 1.0).abs() < 0.01, "{truth} {keyframes}");
     // A gate on a run that is excluded fails with the reason.
-    let gated = ends(path, &format!("{score} -t mm.tum --expect mm:R_cv_0.5<30cm"), 4);
-    has(&unwrapped(&text(&gated.stdout)), &["--poses-as mm=mm"]);
+    let gated = ends(path, &format!("{score} -t hour.tum --expect hour:R_cv_0.5<30cm"), 4);
+    has(&unwrapped(&text(&gated.stdout)), &["--time-offset hour=3600.000"]);
     refused(path, "score truth.tum -t town.mcap", 1, &["truth.tum", "trajectory (TUM"]);
 }
 
@@ -397,8 +430,8 @@ fn a_log_of_which_only_the_index_is_read_is_vetted_too() {
     let outline = outline_log(&path, &LogOptions::default()).unwrap();
     let wrong = Run { name: "inverse".into(), trajectory: moved(&town().1, Isometry3::inverse), ..truth() };
     let found = vet_outline(&outline, &[truth(), wrong], &Config::default(), false, &()).unwrap();
-    assert_eq!(found.is_kept(), [true, false]);
-    assert!(matches!(found.found[1].left_out, Some(LeftOut::Misread)));
+    assert_eq!([0, 1].map(|run| found.found[run].is_doubtful(false)), [false, true]);
+    assert_eq!(found.is_kept(), [true, true]);
     assert_eq!(found.found[1].mends[0], Mend::PosesAs(PosesAs::Inverted));
 }
 

@@ -43,20 +43,18 @@ fn every_return_is_accounted_for() {
     assert_eq!(inputs.returns_used + inputs.dropped.0.values().sum::<u64>(), total);
 
     let used_scans = inputs.scans_used as u64;
-    assert_eq!(
-        inputs.scans_used,
-        scans.iter().step_by(3).filter(|s| s.stamp_ns.unwrap() <= stamps_ns[half - 1]).count()
-    );
+    assert_eq!(inputs.scans_used, scans.len().div_ceil(3));
     assert_eq!(inputs.dropped.0["non_finite"], 2 * used_scans);
     assert_eq!(inputs.dropped.0["no_return"], 3 * used_scans);
     assert_eq!(inputs.dropped.0["too_near"], used_scans);
     assert_eq!(inputs.dropped.0["too_far"], 4 * used_scans);
     let unselected: u64 = (0..scans.len()).filter(|k| k % 3 != 0).map(|k| scans[k].len() as u64).sum();
     assert_eq!(inputs.dropped.0["scan_not_selected"], unselected);
-    assert!(inputs.dropped.0["no_pose"] >= 1 && inputs.dropped.0["scan_without_pose"] > 0);
     assert!(inputs.dropped.0["vehicle"] > 0);
     assert_eq!(report.runs[0].returns, inputs.returns_used);
-    assert_eq!(report.runs[1].returns, inputs.returns_used);
+    // Half the drive, half the returns.
+    let share = report.runs[1].returns as f64 / inputs.returns_used as f64;
+    assert!((0.4..0.6).contains(&share), "{share}");
     assert!(
         report.warnings.iter().any(|w| w.to_string().contains("no pose in `half`")),
         "{:?}",
@@ -65,7 +63,7 @@ fn every_return_is_accounted_for() {
     // The tiles hold every return once for each run.
     for run in 0..2 {
         let of_run = report.tiles.iter().filter(|tile| tile.run == run);
-        assert_eq!(of_run.map(|tile| tile.sums.returns()).sum::<u64>(), inputs.returns_used);
+        assert_eq!(of_run.map(|tile| tile.sums.returns()).sum::<u64>(), report.runs[run].returns);
     }
 }
 
@@ -109,7 +107,7 @@ fn a_vehicle_that_stands_most_of_the_time_is_not_the_world() {
     let run = Trajectory::stamped(std::iter::once(start).chain(moved).collect()).unwrap().trajectory;
     let config = Config { max_time_gap_ns: Some(i64::MAX), ..plain() };
     let report = evaluate(open(&path).as_ref(), &[Run::new("run", run)], &config, ()).unwrap();
-    assert!(report.config.segments.travel_m > 50.0);
+    assert!(report.inputs.runs[0].segments.travel_m > 50.0);
     assert_eq!(
         report.inputs.dropped.0["vehicle"],
         waiting.len() as u64,

@@ -58,9 +58,10 @@ impl Ray {
     }
 }
 
-/// The segment of each scan. Segments are cut once for all runs; they are taken as the report states them.
-pub(crate) fn segments_of(report: &dmp::Report, scans: usize) -> Vec<i64> {
-    let starts = &report.config.segments.starts_scan;
+/// The segment of each scan in a run, as the report states it.
+pub(crate) fn segments_of(report: &dmp::Report, run: &Run, scans: usize) -> Vec<i64> {
+    let of_report = report.inputs.runs.iter().find(|input| input.name == run.name).unwrap();
+    let starts = &of_report.segments.starts_scan;
     (0..scans).map(|k| starts.iter().filter(|&&start| start <= k).count() as i64 - 1).collect()
 }
 
@@ -206,8 +207,8 @@ fn the_pipeline_is_the_formulas() {
     let report = score(&path, &runs, &config);
     assert_eq!(report.config.voxel_m, VOXEL_M);
 
-    let segment_of = segments_of(&report, scans.len());
     for (run, reported) in runs.iter().zip(&report.runs) {
+        let segment_of = segments_of(&report, run, scans.len());
         let rays = rays(&scans, &in_world(&report, run), &segment_of);
         assert_eq!(rays.len() as u64, reported.returns);
         let discs = surfels(&rays);

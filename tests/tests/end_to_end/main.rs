@@ -12,6 +12,7 @@
     reason = "tables of cases read better as they are; nothing here is hot"
 )]
 
+mod alone;
 mod bad_input;
 mod browser;
 mod budget;

@@ -74,7 +74,7 @@ fn every_format_holds_every_surfel_and_a_box_those_in_it() {
     assert!(found == expected, "{} for {}", found.len(), expected.len());
 
     // A cloud becomes a map again.
-    done(folder.path(), "map build a.laz -o again.dmpmap --voxel 0.5");
+    done(folder.path(), "map build a.laz -o again.dmpmap --voxel 1");
     let info = json(folder.path(), "map info again.dmpmap");
     assert!(info["surfels"].as_u64().unwrap() > 1000 && info["segments"].is_null());
     has(info["provenance"].as_str().unwrap(), &["a.laz"]);

@@ -74,7 +74,7 @@ struct Seen(Mutex<Vec<Residuals>>);
 
 impl Sink for Seen {
     fn returns_scored(&self, returns: &ScoredReturns<'_>) {
-        self.0.lock().unwrap().extend_from_slice(returns.runs[0].residuals);
+        self.0.lock().unwrap().extend_from_slice(returns.runs[0].unwrap().residuals);
     }
 }
 

@@ -168,7 +168,6 @@ fn the_command_reports_what_was_drawn_and_refuses_what_quick_cannot() {
         "--decide",
         "--resume",
         "--per-frame frames.csv",
-        "--like saved.json",
         "--free-space",
         "--map truth=map.laz",
     ] {

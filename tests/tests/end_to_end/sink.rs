@@ -20,11 +20,13 @@ impl Sink for Again {
         let sums = frames.entry(returns.frame).or_default();
         sums.resize_with(returns.runs.len(), RunSums::default);
         for (run, sums) in returns.runs.iter().zip(sums) {
+            let Some(run) = run else { continue };
             assert_eq!(
                 (run.residuals.len(), run.rays.len()),
                 (returns.offsets_ns.len(), returns.offsets_ns.len())
             );
-            run.residuals.iter().for_each(|residuals| sums.add(residuals));
+            let posed = run.residuals.iter().zip(run.is_posed).filter(|(_, is_posed)| **is_posed);
+            posed.for_each(|(residuals, _)| sums.add(residuals));
         }
     }
 

@@ -30,10 +30,11 @@ fn the_excluded_returns_are_those_of_counting_ray_by_ray() {
     let runs = runs_of(&truth, &[("noise", noise(0.05, 0.3)), ("drift", drift(2.0))]);
     let config = Config { voxel_m: Some(VOXEL_M), ego: Ego::None, ..with(true) };
     let report = score(&path, &runs, &config);
-    let segment_of = direct::segments_of(&report, scans.len());
-
-    let rays: Vec<Vec<direct::Ray>> =
-        runs.iter().map(|run| direct::rays(&scans, &direct::in_world(&report, run), &segment_of)).collect();
+    let rays_of = |run: &Run| {
+        let segment_of = direct::segments_of(&report, run, scans.len());
+        direct::rays(&scans, &direct::in_world(&report, run), &segment_of)
+    };
+    let rays: Vec<Vec<direct::Ray>> = runs.iter().map(rays_of).collect();
     // For each run: all surfels, and the voxels of those that rays contradict.
     let mut surfels = Vec::new();
     let mut free: Vec<Vec<[i64; 3]>> = Vec::new();
@@ -53,24 +54,22 @@ fn the_excluded_returns_are_those_of_counting_ray_by_ray() {
         free.push(discs.iter().filter(contradicted).map(|disc| disc.voxel).collect());
         surfels.push(discs.len());
     }
-    let share = |run: usize| free[run].len() as f64 / surfels[run] as f64;
-    let least = (0..runs.len()).map(share).fold(f64::INFINITY, f64::min);
-    let voters: Vec<usize> = (0..runs.len()).filter(|&run| share(run) <= 2.0 * least).collect();
-    let is_excluded =
-        |k: &usize| voters.iter().all(|&run| free[run].binary_search(&rays[run][*k].voxel()).is_ok());
-    let excluded: Vec<usize> = (0..rays[0].len()).filter(is_excluded).collect();
-
-    let free_space = report.free_space.as_ref().unwrap();
+    let excluded: Vec<Vec<usize>> = rays
+        .iter()
+        .zip(&free)
+        .map(|(rays, free)| {
+            (0..rays.len()).filter(|&k| free.binary_search(&rays[k].voxel()).is_ok()).collect()
+        })
+        .collect();
     for (run, reported) in report.runs.iter().enumerate() {
         assert_eq!(reported.map.surfels_with_trails, Some(surfels[run] as u64));
         assert_eq!(reported.map.surfels_contradicted, Some(free[run].len() as u64), "{}", reported.name);
+        assert_eq!(reported.map.returns_left_out, Some(excluded[run].len() as u64), "{}", reported.name);
+        assert!(excluded[run].len() > 100);
     }
-    assert_eq!(free_space.votes, voters.iter().map(|&run| runs[run].name.clone()).collect::<Vec<_>>());
-    assert_eq!(free_space.returns_left_out, excluded.len() as u64);
-    assert!(excluded.len() > 100 && !voters.is_empty());
 
     // The maps hold the rest, and every return is scored.
-    for (rays, reported) in rays.iter().zip(&report.runs) {
+    for ((rays, excluded), reported) in rays.iter().zip(&excluded).zip(&report.runs) {
         let rest: Vec<direct::Ray> =
             (0..rays.len()).filter(|k| excluded.binary_search(k).is_err()).map(|k| rays[k]).collect();
         let discs = direct::surfels(&rest);
@@ -93,8 +92,8 @@ fn traffic_no_longer_blocks_and_a_street_without_stays_as_it_is() {
         let runs = runs_of(&truth, &[("noise", noise(0.05, 0.2))]);
         let [off, on] = [false, true].map(|free_space| score(&path, &runs, &with(free_space)));
         let blocked = |report: &Report| report.runs[0].blocked_rate.unwrap();
-        let excluded = on.free_space.as_ref().unwrap().returns_left_out as f64 / on.runs[0].returns as f64;
-        assert_eq!((&off.free_space, &off.order), (&None, &on.order));
+        let excluded = on.runs[0].map.returns_left_out.unwrap() as f64 / on.runs[0].returns as f64;
+        assert_eq!((off.runs[0].map.returns_left_out, &off.order), (None, &on.order));
         assert_eq!((off.runs[0].returns, &off.inputs.dropped), (on.runs[0].returns, &on.inputs.dropped));
         if traffic == 0 {
             assert!(excluded < 0.01, "{excluded}");
@@ -115,7 +114,7 @@ fn threads_memory_and_order_change_no_bit() {
         comparable(&score(&path, &runs, &Config { threads, memory_bytes, order, ..with(true) }))
     };
     let reference = of(1, usize::MAX / 2, FrameOrder::Log);
-    let excluded = reference["free_space"]["returns_left_out"].as_u64().unwrap();
+    let excluded = reference["runs"][0]["returns_left_out"].as_u64().unwrap();
     assert!(excluded > 100, "{excluded}");
     for (threads, memory_bytes, order) in [(1, 40, FrameOrder::Shuffled(7)), (4, 48, FrameOrder::Log)] {
         assert!(of(threads, memory_bytes << 20, order) == reference, "{threads} threads, {memory_bytes} MiB");

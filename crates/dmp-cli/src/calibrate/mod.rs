@@ -89,7 +89,7 @@ fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::Result<Exit
             .iter()
             .map(|found| FoundRun {
                 name: found.name.clone(),
-                belongs: found.left_out.is_none(),
+                belongs: found.is_kept(),
                 conventions: found.report(false, &option_of),
             })
             .collect(),

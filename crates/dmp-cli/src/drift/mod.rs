@@ -64,7 +64,7 @@ fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::Result<Exit
     drop(watch);
     if let (Some(path), [run]) = (&constraints, runs.as_slice()) {
         let body_from_sensor = run.body_from_sensor.unwrap_or(config.body_from_sensor);
-        let edges = report.constraints(0, &body_from_sensor);
+        let edges = report.runs[0].constraints(&body_from_sensor);
         save(path, |out| write_pose_edges(out, &edges))?;
     }
     let excluded = vetted.is_some_and(|vetted| vetted.is_kept().contains(&false));

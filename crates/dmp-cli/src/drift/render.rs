@@ -16,7 +16,7 @@ pub(super) fn report(
     verbose: bool,
 ) -> io::Result<()> {
     tell!(out, "{}", drift_in_words(report, scales))?;
-    if report.pairs_measured == 0 {
+    if !report.is_measured() {
         return Ok(());
     }
     writeln!(out, "{}\n", pairs_in_words(report))?;
@@ -29,10 +29,10 @@ pub(super) fn report(
             .try_for_each(|pair| tell!(out, "{}", drift_compared(pair, report.confidence)))?;
     }
     if verbose {
-        for (number, run) in report.runs.iter().enumerate() {
+        for run in &report.runs {
             writeln!(out)?;
             tell!(out, "{}: {}", run.name, "position of the second visit minus that of its surfaces")?;
-            pairs(out, &report.visits, number)?;
+            pairs(out, &run.visits)?;
         }
     }
     Ok(())
@@ -48,14 +48,13 @@ pub(crate) fn runs(report: &DriftReport) -> Table {
     table
 }
 
-fn pairs(out: &mut impl Write, visits: &[VisitPairReport], run: usize) -> io::Result<()> {
+fn pairs(out: &mut impl Write, visits: &[VisitPairReport]) -> io::Result<()> {
     let mut table = Table::new([[Side::Right; 8].as_slice(), &[Side::Left]].concat());
     table.row(["scan", "and", "path", "off", "along", "sideways", "up", "yaw", ""]);
     for visit in visits {
-        let of_run = &visit.runs[run];
         let scans = [visit.first.scan, visit.second.scan].map(|scan| scan.to_string());
         let path = format!("{} m", digits(visit.way_m));
-        let numbers = match &of_run.off {
+        let numbers = match &visit.off {
             Some(Displacement { distance_m, along_m, sideways_m, up_m, yaw_deg, .. }) => {
                 let lengths = [distance_m, along_m, sideways_m, up_m]
                     .map(|length| length.map_or_else(|| NONE.to_owned(), metres));
@@ -63,7 +62,7 @@ fn pairs(out: &mut impl Write, visits: &[VisitPairReport], run: usize) -> io::Re
             }
             None => vec![NONE.to_owned(); 5],
         };
-        let why = of_run.why_not.clone().unwrap_or_default();
+        let why = visit.why_not.clone().unwrap_or_default();
         table.row([scans.as_slice(), &[path], &numbers, &[why]].concat());
     }
     table.write(out, "  ")

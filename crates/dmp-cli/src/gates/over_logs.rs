@@ -152,7 +152,7 @@ fn worse_on(
     let worse = pair.worse(name);
     let is_lost = |log: &&dmp::SuiteLogReport| {
         let misses = |version: &str| log.missing.iter().any(|run| run.version == version);
-        misses(name) && !misses(other)
+        misses(name) && !misses(other) && pair.failing_on(&log.name).is_none()
     };
     let lost = report.logs.iter().filter(is_lost).count() as u64;
     let without = if lost > 0 { format!(", without a run on {lost}") } else { String::new() };
@@ -184,7 +184,7 @@ impl SuiteGates<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use dmp::{Confidence, MissingReport, SuiteLog, Verdict, suite_report};
+    use dmp::{Confidence, Failures, MissingReport, SuiteLog, Verdict, suite_report};
 
     use crate::example_reports;
 
@@ -205,7 +205,7 @@ mod tests {
             report: Ok(example_reports::one_run()),
             missing: vec![missing],
         });
-        suite_report(&["truth".into(), "drift".into()], &logs, Confidence::P99)
+        suite_report(&["truth".into(), "drift".into()], &logs, Confidence::P99, Failures::Skip)
     }
 
     #[test]

@@ -82,15 +82,9 @@ pub(crate) static POINT_TIME: Opt<PointTime> = Opt {
     ..Opt::text(Input, "point-time", "UNIT", "ns", parsed)
 };
 pub(crate) static EVERY: Opt<usize> = Opt {
-    is_set_by_like: true,
     sets: Some(|config, every| config.every = every),
     help: "Use only every N-th scan, for the map and for the score. Default: 1",
     ..Opt::text(Input, "every", "N", "2", parsed)
-};
-pub(crate) static LIKE: Opt<PathBuf> = Opt {
-    help: "Score with the settings of this result of `dmp score --keep` or `--json` of the same log, so that `dmp compare` \
-           takes both",
-    ..Opt::path(Input, "like", "RESULT", Role::Read)
 };
 pub(crate) static STAMP: Opt<StampAt> = Opt {
     help: "Which instant of a scan its stamp is: its first point (`start`), the middle (`mid`) or its last point (`end`). \

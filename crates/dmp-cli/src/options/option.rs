@@ -109,8 +109,6 @@ pub(crate) struct Opt<T: 'static> {
     pub(super) is_argument: bool,
     /// Whether `-h` shows it; `--help` shows all.
     pub(super) is_short_help: bool,
-    /// Whether `--like` sets it.
-    pub(super) is_set_by_like: bool,
     pub(super) is_hidden: bool,
     /// Whether a value may begin with a minus.
     pub(super) is_signed: bool,
@@ -138,7 +136,6 @@ pub(crate) struct Facts {
     pub(crate) is_switch: bool,
     pub(crate) is_argument: bool,
     pub(crate) is_short_help: bool,
-    pub(crate) is_set_by_like: bool,
     /// Whether the value is optional.
     pub(crate) may_be_alone: bool,
     #[cfg_attr(not(test), expect(dead_code, reason = "examples are for the tests"))]
@@ -170,7 +167,6 @@ impl<T: Clone + Send + Sync + 'static> Opt<T> {
             is_needed: false,
             is_argument: false,
             is_short_help: false,
-            is_set_by_like: false,
             is_hidden: false,
             is_signed: false,
             role: Role::Value,
@@ -245,7 +241,6 @@ impl<T: Clone + Send + Sync + 'static> Entry for Opt<T> {
             is_switch: self.value.is_empty(),
             is_argument: self.is_argument,
             is_short_help: self.is_short_help || self.is_argument,
-            is_set_by_like: self.is_set_by_like,
             may_be_alone: self.alone.is_some(),
             example: self.example,
         }

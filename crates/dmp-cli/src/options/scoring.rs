@@ -10,26 +10,22 @@ use super::values::{self, Pair, parsed};
 use super::{Entry, Opt, Role, input, output};
 
 pub(crate) static SCALES: Opt<Option<Scales>> = Opt {
-    is_set_by_like: true,
     sets: Some(|config, scales| config.scales = scales),
     help: "The truncations of the scores and the defaults that go with them: `drive` (R_cv at 10, 2, 0.5 and 0.2 m) or `room` \
            (a tenth). Default: room for depth cameras, else drive",
     ..Opt::text(ReturnsAndMap, "scales", "SCALES", "room", values::scales)
 };
 pub(crate) static MIN_RANGE: Opt<f64> = Opt {
-    is_set_by_like: true,
     sets: Some(|config, metres| config.min_range_m = Some(metres)),
     help: "Smallest range used, metres. Default: 1.5, in a room 0.3",
     ..Opt::text(ReturnsAndMap, "min-range", "METRES", "2", values::length_m)
 };
 pub(crate) static MAX_RANGE: Opt<f64> = Opt {
-    is_set_by_like: true,
     sets: Some(|config, metres| config.max_range_m = Some(metres)),
     help: "Largest range used, metres. Default: 100, in a room 10",
     ..Opt::text(ReturnsAndMap, "max-range", "METRES", "60m", values::length_m)
 };
 pub(crate) static EGO: Opt<Ego> = Opt {
-    is_set_by_like: true,
     is_signed: true,
     sets: Some(|config, ego| config.ego = ego),
     help: "The vehicle, whose returns are excluded: `auto` (what moves with the sensor), `none`, or a box in the sensor frame, \
@@ -37,20 +33,17 @@ pub(crate) static EGO: Opt<Ego> = Opt {
     ..Opt::text(ReturnsAndMap, "ego", "EGO", "-1,-1,-2,1,1,0.5", values::ego)
 };
 pub(crate) static VOXEL: Opt<Option<f64>> = Opt {
-    is_set_by_like: true,
     sets: Some(|config, metres| config.voxel_m = metres),
     help: "Edge of a voxel, metres. Default: `auto`, 0.2, 0.3 or 0.5 by the density of the scans, in a room a tenth",
     ..Opt::text(ReturnsAndMap, "voxel", "METRES", "0.2", values::auto_length)
 };
 pub(crate) static SEGMENT: Opt<Option<SegmentLength>> = Opt {
-    is_set_by_like: true,
     sets: Some(|config, length| config.segment = length),
     help: "Length of a segment, as `12m`, `2s` or `30scans`: a return is not compared with what its own segment and the two \
            beside it saw. Default: `auto`, 12 m or a sixteenth of a shorter drive; in a room a sixteenth of the scans",
     ..Opt::text(ReturnsAndMap, "segment", "LENGTH", "2s", values::segment)
 };
 pub(crate) static FREE_SPACE: Opt<bool> = Opt {
-    is_set_by_like: true,
     sets: Some(|config, is_on| config.free_space = is_on),
     help: "Exclude returns of moving objects from all maps: those whose surfels rays of other segments pass through. Reads \
            the log four times instead of twice; not with --map",
@@ -71,14 +64,12 @@ pub(crate) static MAP_UNIT: Opt<Option<LengthUnit>> = Opt {
 };
 
 pub(crate) static CONFIDENCE: Opt<Confidence> = Opt {
-    is_set_by_like: true,
     sets: Some(|config, confidence| config.confidence = confidence),
     help: "Confidence of all verdicts together: over all pairs and scales, the family-wise error rate is what it leaves. \
            Default: 99%",
     ..Opt::text(Verdicts, "confidence", "P%", "95%", values::confidence)
 };
 pub(crate) static SAME_WITHIN: Opt<Margin> = Opt {
-    is_set_by_like: true,
     sets: Some(|config, margin| config.same_within = margin),
     help: "Two runs are the same where their RMS residuals differ by at most this at every scale: a share of the better one's, \
            or a length. Default: 10%",
@@ -86,7 +77,6 @@ pub(crate) static SAME_WITHIN: Opt<Margin> = Opt {
 };
 
 pub(crate) static SAMPLE: Opt<Sample> = Opt {
-    is_set_by_like: true,
     sets: Some(|config, sample| config.sample = sample),
     help: "Score only N scans, or this share of them, evenly spread. The maps are made of all scans",
     ..Opt::text(Sampling, "sample", "N|P%", "2%", values::sample)
@@ -94,7 +84,6 @@ pub(crate) static SAMPLE: Opt<Sample> = Opt {
 pub(crate) static DECIDE: Opt<Pair> = Opt {
     conflicts: &[&output::KEEP],
     alone: Some(""),
-    is_set_by_like: true,
     sets: Some(|config, pair| config.decide = Some(Decide { pair: pair.0 })),
     help: "Score a sample, of 28 scans or of --sample, and double it until all pairs of runs are decided, or these two",
     ..Opt::text(Sampling, "decide", "RUN,RUN", "a,b", values::pair)
@@ -102,7 +91,6 @@ pub(crate) static DECIDE: Opt<Pair> = Opt {
 pub(crate) static QUICK: Opt<f64> = Opt {
     alone: Some("5%"),
     is_short_help: true,
-    is_set_by_like: true,
     conflicts: &[
         &SAMPLE,
         &DECIDE,
@@ -156,6 +144,6 @@ pub(crate) const MAPPING: &[&dyn Entry] =
 pub(crate) const MEANS: &[&dyn Entry] = &[&MEMORY, &THREADS, &WORK];
 /// What `dmp score` and `dmp shard plan` evaluate, and how, besides the runs.
 pub(crate) const EVALUATION: &[&dyn Entry] =
-    &[&input::MAPS, &input::LIKE, &DRIFT, &CONFIDENCE, &SAME_WITHIN, &SAMPLE, &DECIDE];
+    &[&input::MAPS, &DRIFT, &CONFIDENCE, &SAME_WITHIN, &SAMPLE, &DECIDE];
 /// Which returns are used, as drift, repair and calibrate need them.
 pub(crate) const RANGES: &[&dyn Entry] = &[&SCALES, &MIN_RANGE, &MAX_RANGE, &EGO];

@@ -92,10 +92,6 @@ impl Spec {
         for (entry, _) in self.refused {
             command = command.arg(entry.arg(&|_| false).hide(true));
         }
-        if let Some(like) = self.entries().map(|entry| entry.facts().name).find(|&name| name == "like") {
-            let set = self.entries().map(Entry::facts).filter(|facts| facts.is_set_by_like);
-            command = command.mut_arg(like, |arg| arg.conflicts_with_all(set.map(|facts| facts.name)));
-        }
         // The gates would replace the description by their own.
         command = (self.extend)(command).about(self.about);
         if !self.more.is_empty() {

@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 
 use clap_complete::Shell;
-use dmp::{Part, ShardStage};
+use dmp::{Failures, Part, ShardStage};
 use dmp_sensor::Isometry3;
 
-use super::Group::{Cache, Input, Output, PlaceAndTime, Plain, Resources};
+use super::Group::{Cache, Input, Output, PlaceAndTime, Plain, Resources, Verdicts};
 use super::values::{self, from_one, parsed};
 use super::{Entry, Opt, Role, input, output};
 use crate::log_writer::{Compression, OutputFormat};
@@ -73,6 +73,11 @@ pub(crate) static EXAMPLE: Opt<bool> = Opt {
     conflicts: &[&SUITE, &LIST, &output::JSON],
     help: "Print an example of a suite, and exit",
     ..Opt::switch(Plain, "example")
+};
+pub(crate) static FAILURES: Opt<Failures> = Opt {
+    help: "What becomes of a version without a run on a log, or whose run is excluded, where another has one: `worse` (it loses \
+           there) or `skip` (the log is not counted). Default: worse",
+    ..Opt::text(Verdicts, "failures", "HOW", "skip", parsed)
 };
 pub(crate) static CACHE: Opt<PathBuf> = Opt {
     help: "The folder for results; it is created if missing. Default: .dmp-suite beside the suite",

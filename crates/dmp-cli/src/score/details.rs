@@ -57,7 +57,7 @@ fn scores(out: &mut impl Write, report: &Report, terminal: Terminal) -> io::Resu
     let thin = |run: &RunReport| run.map.thin_voxels.map_or(NONE.to_owned(), count);
     rows.push(("thin voxels".to_owned(), Box::new(thin)));
     rows.push(("tiles".to_owned(), Box::new(|run| count(run.map.tiles))));
-    if report.free_space.is_some() {
+    if report.config.free_space {
         let or_none = |surfels: Option<u64>| surfels.map_or(NONE.to_owned(), count);
         let with_trails = move |run: &RunReport| or_none(run.map.surfels_with_trails);
         rows.push(("surfels with trails".to_owned(), Box::new(with_trails)));
@@ -87,9 +87,10 @@ fn returns(out: &mut impl Write, report: &Report) -> io::Result<()> {
 
 fn effort(report: &Report) -> [String; 2] {
     let (timing, memory) = (&report.timing, &report.memory);
-    let trails = match report.free_space {
-        Some(_) => format!("trails {}, ", text::duration(timing.trails_s)),
-        None => String::new(),
+    let trails = if report.config.free_space {
+        format!("trails {}, ", text::duration(timing.trails_s))
+    } else {
+        String::new()
     };
     let drift = match report.drift {
         Some(_) => format!("drift {}, ", text::duration(timing.drift_s)),

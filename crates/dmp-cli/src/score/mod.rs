@@ -3,7 +3,6 @@
 mod against;
 pub(crate) mod announce;
 mod details;
-mod like;
 pub(crate) mod outputs;
 mod pairs;
 mod quick;
@@ -28,7 +27,6 @@ use crate::runs::{OpenedRuns, Runs};
 use crate::say;
 use crate::terminal::Terminal;
 use crate::vetting;
-pub(crate) use like::Like;
 use outputs::{Outputs, Recorder};
 
 pub(crate) static SPEC: Spec = Spec {
@@ -50,7 +48,7 @@ pub(crate) static SPEC: Spec = Spec {
             dmp score drive.mcap -t kiss=kiss_poses.npy --pose-at kiss=end\n  \
             dmp score drive.mcap -t old.tum -t new.tum --expect unbeaten:new --junit gates.xml\n  \
             dmp score drive.mcap -t a.tum -t b.tum --mend\n  \
-            dmp score drive.mcap -t today.tum --like monday.dmp --keep today.dmp\n\n\
+            dmp score drive.mcap -t today.tum --keep today.dmp\n\n\
             Exit codes: 0 done; 1 failed; 2 wrong usage; 3 done, but part of the log was lost or damaged, or a run was \
             excluded; 4 done, but a gate failed.",
     options: &[
@@ -77,23 +75,21 @@ struct Scored<'a> {
     gates: &'a [GateReport],
 }
 
-/// The settings that were asked for, with those of a result to be like.
-pub(crate) fn config(asked: &Asked) -> anyhow::Result<(Config, Option<Like>)> {
+/// The settings that were asked for.
+pub(crate) fn config(asked: &Asked) -> anyhow::Result<Config> {
     let config = asked.config();
-    let like = asked.get(&input::LIKE).as_deref().map(Like::read).transpose()?;
-    let config = like.iter().try_fold(config, |config, like| like.settings(config))?;
     config.check()?;
-    Ok((config, like))
+    Ok(config)
 }
 
 /// Every file that is read, as it was named.
 fn inputs(asked: &Asked, log: &LogInput) -> Vec<PathBuf> {
     let files = Runs::files(asked).into_iter().chain(asked.all(&input::MAPS)).map(|file| file.path);
-    std::iter::once(log.path.clone()).chain(files).chain(asked.get(&input::LIKE)).collect()
+    std::iter::once(log.path.clone()).chain(files).collect()
 }
 
 pub(crate) fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::Result<Exit> {
-    let (config, like) = config(asked)?;
+    let config = config(asked)?;
     let log = LogInput::of(asked)?;
     // What is short comes first, so that a mistake in it is reported before a long log is read.
     let started = Runs::start(asked)?;
@@ -107,7 +103,6 @@ pub(crate) fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::
         (report, damaged, None)
     } else {
         let opened = OpenedRuns::open(started, maps, &log, asked, config.threads, common)?;
-        like.iter().try_for_each(|like| like.check_log(opened.log.summary()))?;
         let (opened, vetted) = vetting::checked(opened, &log, asked, &config, common)?;
         let OpenedRuns { log, runs, damaged } = opened;
         let (settings, means) = config.on(log.summary())?;

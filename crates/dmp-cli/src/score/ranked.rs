@@ -76,7 +76,7 @@ impl<'a> Ranked<'a> {
         let standings: Vec<Standing> = rows().map(|row| standing(report, first, &row.run.name)).collect();
         let mut columns = vec![
             Column::new("", Side::Right, rows().map(|row| row.rank.clone()).collect()),
-            Column::new("run", Side::Left, rows().map(|row| row.run.name.clone()).collect()),
+            Column::new("run", Side::Left, rows().map(|row| row.marked_name(report)).collect()),
         ];
         if standings.len() > 1 {
             let text = standings.iter().map(|standing| standing.text.clone()).collect();

@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use dmp::{DriftReport, FreeSpaceReport, Report};
+use dmp::{DriftReport, Report, RunReport};
 use dmp_draw::text::{self, counted, percent, shortened};
 use dmp_draw::{answer, drift_beside_scores, drift_in_words, legend, pairs_in_words, promise};
 
@@ -79,7 +79,7 @@ fn drift_of_runs(
     terminal: Terminal,
 ) -> io::Result<()> {
     terminal.tell(out, "", &drift_in_words(drift, report.config.scales))?;
-    if drift.pairs_measured == 0 {
+    if !drift.is_measured() {
         return Ok(());
     }
     terminal.tell(out, "", &pairs_in_words(drift))?;
@@ -94,7 +94,7 @@ fn what_went_in(report: &Report) -> Vec<String> {
     let mut lines = vec![settings(report)];
     lines.extend(report.inputs.without_checksums().map(|note| format!("log: {note}")));
     lines.extend(sampling::in_words(&report.sampling));
-    lines.extend(report.free_space.as_ref().map(trails));
+    lines.extend(trails(report));
     for run in &report.inputs.runs {
         lines.extend(run.map_notes.iter().map(|note| format!("map of {}: {note}", run.name)));
     }
@@ -110,7 +110,7 @@ fn settings(report: &Report) -> String {
             format!("{} of {}", text::count(used), counted(all, what))
         }
     };
-    let segments = text::segments_in_words(&config.segments);
+    let segments = text::segments_in_words(inputs.runs.iter().map(|run| &run.segments));
     let returns = match report.sampling.places {
         Some(_) => format!("{} scored", counted(inputs.returns_used, "return")),
         None => of(inputs.returns_used, inputs.returns, "return"),
@@ -125,15 +125,14 @@ fn settings(report: &Report) -> String {
     )
 }
 
-/// What was excluded from the maps, and which runs detected it.
-fn trails(free_space: &FreeSpaceReport) -> String {
-    let share = free_space.returns_left_out as f64 / free_space.returns_fused.max(1) as f64;
-    format!(
-        "excluded as trails: {} ({} %), detected by {}",
-        counted(free_space.returns_left_out, "return"),
-        percent(share),
-        free_space.votes.join(", ")
-    )
+/// What was excluded from the maps.
+fn trails(report: &Report) -> Option<String> {
+    let of_run = |run: &RunReport| {
+        let left_out = run.map.returns_left_out?;
+        Some(format!("{} {} %", run.name, percent(left_out as f64 / run.returns.max(1) as f64)))
+    };
+    let of_runs: Vec<String> = report.runs.iter().filter_map(of_run).collect();
+    (!of_runs.is_empty()).then(|| format!("returns excluded from the map as trails: {}", of_runs.join(", ")))
 }
 
 #[cfg(test)]

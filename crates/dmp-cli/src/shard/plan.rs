@@ -59,14 +59,13 @@ fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::Result<Exit
     if let Some((option, why)) = asked.refused() {
         bail!(Usage(format!("--{option} in parts: {why}")));
     }
-    let (config, like) = score::config(asked)?;
+    let config = score::config(asked)?;
     let folder = asked.need(&tools::PLAN_FOLDER)?;
     let started = Runs::start(asked)?;
     let maps: Vec<MapSource> = maps_of(&started.names(), &asked.all(&input::MAPS))?;
     let _taken = OutputsFolder::take(&folder)?;
     let log = LogInput::of(asked)?;
     let opened = OpenedRuns::open(started, maps, &log, asked, config.threads, common)?;
-    like.iter().try_for_each(|like| like.check_log(opened.log.summary()))?;
     let (opened, vetted) = vetting::checked(opened, &log, asked, &config, common)?;
     let OpenedRuns { log, runs, damaged } = opened;
     let said = vetted.as_ref().map_or_else(VetSummary::default, |vetted| vetted.summary(&option_of));

@@ -44,7 +44,7 @@ impl List {
     /// What is to be scored. A damaged result is removed: what is found in its place later is another one.
     pub(super) fn of(plan: &Plan, kept: &mut Kept, common: &Common) -> anyhow::Result<Self> {
         let mut logs: Vec<Missing> = Vec::new();
-        for log in plan.logs.iter().filter(|log| log.runs.len() > 1) {
+        for log in plan.logs.iter().filter(|log| log.runs.len() >= plan.least_runs) {
             common.host.go_on()?;
             let file = kept.file_of(log, common)?;
             match kept.find(&file, log) {

@@ -54,7 +54,7 @@ pub(crate) static SPEC: Spec = Spec {
             Exit codes: 0 done; 1 failed; 2 wrong usage; 3 done, but a log could not be scored, a version has no run on one, or \
             part of one was lost; 4 done, but a gate failed.",
     options: &[
-        &[&tools::SUITE, &tools::EXAMPLE, &tools::CACHE, &tools::LIST, &tools::CACHED],
+        &[&tools::SUITE, &tools::EXAMPLE, &tools::FAILURES, &tools::CACHE, &tools::LIST, &tools::CACHED],
         scoring::MEANS,
         &[&tools::DASK, &output::JSON, &output::REPORT],
     ],
@@ -77,7 +77,8 @@ fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::Result<Exit
         return Ok(Exit::Done);
     };
     let file = SuiteFile::read(&path)?;
-    let plan = Plan::make(&file)?;
+    let failures = asked.get(&tools::FAILURES).unwrap_or_default();
+    let plan = Plan::make(&file, failures)?;
     let gate_args = SuiteGateArgs::from_arg_matches(asked.matches())?;
     let gates = gate_args.start(&file.versions, &path, &file.gates)?;
     let page = asked.get(&output::REPORT);
@@ -109,7 +110,7 @@ fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::Result<Exit
     {
         bail!(Usage(format!("{}: no log was scored, the first because: {problem}", path.display())));
     }
-    let mut report = suite_report(&file.versions, &logs, plan.confidence);
+    let mut report = suite_report(&file.versions, &logs, plan.confidence, failures);
     for (log, result) in report.logs.iter_mut().zip(results) {
         log.result = result;
     }

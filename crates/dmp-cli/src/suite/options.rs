@@ -30,7 +30,7 @@ pub(super) fn parsed(arguments: &[String]) -> Result<Asked, String> {
 
 /// Whether a suite takes an option: it changes what is scored, and neither is what the suite itself says nor of one log alone.
 fn is_of_suite(facts: &Facts) -> bool {
-    let of_suite = [input::RUNS.name, input::LIKE.name].contains(&facts.name);
+    let of_suite = facts.name == input::RUNS.name;
     facts.group.changes_scores() && !of_suite
 }
 

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::bail;
-use dmp::{Confidence, MissingReport};
+use dmp::{Confidence, Failures, MissingReport};
 use toml::Value;
 
 use super::file::{At, LogEntry, SuiteFile};
@@ -18,6 +18,8 @@ pub(super) struct Plan {
     /// The folder of the suite, from the root.
     pub(super) folder: PathBuf,
     pub(super) logs: Vec<PlannedLog>,
+    /// A log with fewer runs is not scored.
+    pub(super) least_runs: usize,
     pub(super) confidence: Confidence,
 }
 
@@ -34,7 +36,7 @@ pub(super) struct PlannedLog {
 }
 
 impl Plan {
-    pub(super) fn make(file: &SuiteFile) -> anyhow::Result<Self> {
+    pub(super) fn make(file: &SuiteFile, failures: Failures) -> anyhow::Result<Self> {
         let mut logs: Vec<PlannedLog> = Vec::new();
         for entry in &file.logs {
             for (path, name) in paths(file, entry)? {
@@ -57,12 +59,13 @@ impl Plan {
             }
         }
         let mut confidence = None;
-        for log in logs.iter().filter(|log| log.runs.len() > 1) {
+        let least_runs = if failures == Failures::Worse { 1 } else { 2 };
+        for log in logs.iter().filter(|log| log.runs.len() >= least_runs) {
             let wrong = |why| Usage(format!("{}: log `{}`: {why}", file.path.display(), log.name));
             confidence = Some(options::parsed(&log.arguments()).map_err(wrong)?.config().confidence);
         }
         let confidence = confidence.ok_or_else(|| at.unknown("no log has runs of two of them"))?;
-        Ok(Self { folder: file.folder.clone(), logs, confidence })
+        Ok(Self { folder: file.folder.clone(), logs, least_runs, confidence })
     }
 
     /// Every file that is read, as far as it is named.

@@ -68,7 +68,7 @@ fn logs(out: &mut impl Write, report: &SuiteReport, width: usize) -> io::Result<
     let words: Vec<(&str, Vec<String>)> = report
         .worst_first
         .iter()
-        .map(|log| (log.as_str(), report.pairs.iter().map(|pair| log_word(pair.on(log))).collect()))
+        .map(|log| (log.as_str(), report.pairs.iter().map(|pair| log_word(pair, log)).collect()))
         .collect();
     let widest = |k: usize| {
         let heads = report.pairs.get(k).map_or(0, |pair| width_of(&pair.a).max(width_of(&pair.b) + 2));
@@ -93,10 +93,12 @@ fn logs(out: &mut impl Write, report: &SuiteReport, width: usize) -> io::Result<
         table.row(head("worst first", &|k| format!("/ {}", report.pairs[k].b)));
     }
     for (log, words) in words {
-        let cells = report.pairs.iter().zip(words).map(|(pair, word)| match pair.on(log) {
-            Some(on) if is_wide => sign(&on.verdict, &pair.a).to_owned(),
-            _ => word,
-        });
+        let cells =
+            report.pairs.iter().zip(words).map(|(pair, word)| match (pair.on(log), pair.failing_on(log)) {
+                (Some(on), _) if is_wide => sign(&on.verdict, &pair.a).to_owned(),
+                (_, Some(failing)) if is_wide => (if failing == pair.a { ">" } else { "<" }).to_owned(),
+                _ => word,
+            });
         table.row(std::iter::once(log.to_owned()).chain(cells));
     }
     table.write(out, "")?;
@@ -120,7 +122,7 @@ fn sign(verdict: &Verdict, a: &str) -> &'static str {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use dmp::{Confidence, SuiteLog, suite_report};
+    use dmp::{Confidence, Failures, SuiteLog, suite_report};
 
     use crate::example_reports;
 
@@ -133,7 +135,8 @@ mod tests {
         let logs: Vec<SuiteLog> = (0..logs).map(log).collect();
         let versions: Vec<String> = versions.iter().map(|&name| name.to_owned()).collect();
         let mut out = Vec::new();
-        report(&mut out, &suite_report(&versions, &logs, Confidence::P99), Terminal::default()).unwrap();
+        let found = suite_report(&versions, &logs, Confidence::P99, Failures::Worse);
+        report(&mut out, &found, Terminal::default()).unwrap();
         String::from_utf8(out).unwrap()
     }
 

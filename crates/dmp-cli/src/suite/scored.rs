@@ -37,7 +37,7 @@ impl Scoring<'_> {
         for (k, log) in plan.logs.iter().enumerate() {
             self.common.host.go_on()?;
             let place = format!("{} ({} of {})", log.name, k + 1, plan.logs.len());
-            let (report, file) = match self.one(log, kept, &place, &mut found) {
+            let (report, file) = match self.one((log, plan.least_runs), kept, &place, &mut found) {
                 Ok((report, file)) => (Ok(report), Some(file)),
                 Err(error) if FailureKind::of(&error) == FailureKind::Interrupted => return Err(error),
                 Err(error) if error.is::<NotKept>() => return Err(error),
@@ -65,7 +65,7 @@ impl Scoring<'_> {
 
     fn one(
         &self,
-        log: &PlannedLog,
+        (log, least_runs): (&PlannedLog, usize),
         kept: &mut Kept,
         place: &str,
         found: &mut usize,
@@ -73,7 +73,7 @@ impl Scoring<'_> {
         for run in log.missing.iter().filter(|_| !self.common.quiet) {
             say!(self.common.host, "{place}: no run of {}: {}", run.version, run.reason);
         }
-        if log.runs.len() < 2 {
+        if log.runs.len() < least_runs {
             let names: Vec<&str> = log.runs.iter().map(|(version, _)| version.as_str()).collect();
             let has =
                 if names.is_empty() { "no version".to_owned() } else { format!("only {}", names.join(", ")) };

@@ -35,7 +35,7 @@ const NEAR_M: f64 = 5.0;
 pub(super) fn drift(report: &Report, pictures: Option<&Pictures>) -> String {
     let Some(drift) = &report.drift else { return String::new() };
     let mut body = paragraph(&drift_in_words(drift, report.config.scales));
-    if drift.pairs_measured == 0 {
+    if !drift.is_measured() {
         return body;
     }
     body.push_str(&list("<ul class=\"said\">", drift_beside_scores(report).iter().map(|said| escape(said))));
@@ -67,10 +67,8 @@ pub(super) fn frame_of(pictures: &Pictures) -> FrameOf {
 
 /// The drift of a run at the pairs of visits that have an answer.
 fn offs(drift: &DriftReport, run: usize) -> impl Iterator<Item = ([&VisitReport; 2], &Displacement)> {
-    drift.visits.iter().filter_map(move |visit| {
-        let off = visit.runs.get(run)?.off.as_ref()?;
-        Some(([&visit.first, &visit.second], off))
-    })
+    let visits = drift.runs.get(run).map_or(&[][..], |run| &run.visits);
+    visits.iter().filter_map(|visit| Some(([&visit.first, &visit.second], visit.off.as_ref()?)))
 }
 
 fn length_m(off: &Displacement) -> f64 {

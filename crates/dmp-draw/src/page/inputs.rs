@@ -91,18 +91,10 @@ fn settings(report: &Report) -> String {
     // Where none is looked for, there is no line.
     let vehicle = match config.ego.box_m() {
         Some([from, to]) => Some(format!("{}, {from:?} to {to:?} m", config.ego.name())),
-        None if config.ego.cells == 0 && config.scales.lengths().ego_travel_m.is_none() => None,
+        None if config.ego.cells == 0 && !config.scales.lengths().has_vehicle => None,
         None => Some(format!("{}, {}", config.ego.name(), counted(config.ego.cells as u64, "cell"))),
     };
-    let trails = match &report.free_space {
-        Some(free_space) => format!(
-            "excluded from the maps: {} of {} returns, detected by {}",
-            count(free_space.returns_left_out),
-            count(free_space.returns_fused),
-            free_space.votes.join(", ")
-        ),
-        None => "in the maps".to_owned(),
-    };
+    let trails = if config.free_space { "excluded from the maps" } else { "in the maps" }.to_owned();
     let sampling = &report.sampling;
     let looks = sampling.looks.iter().flatten().map(|look| count(*look)).collect::<Vec<_>>().join(", ");
     let looks = if looks.is_empty() { looks } else { format!(", looks at {looks}") };
@@ -125,7 +117,7 @@ fn settings(report: &Report) -> String {
                 config.voxel_m, config.disc_radius_m, config.tile_edge_m
             ),
         ),
-        ("segments", segments_in_words(&config.segments)),
+        ("segments", segments_in_words(report.inputs.runs.iter().map(|run| &run.segments))),
         (
             "ranges",
             format!(

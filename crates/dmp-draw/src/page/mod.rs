@@ -100,7 +100,8 @@ fn extent(report: &Report) -> String {
         Some(places) => format!("{} of {} places", count(places.drawn), count(places.total)),
         None => format!("{} of {} scans", count(report.sampling.frames_scored), count(inputs.scans as u64)),
     };
-    let way = match report.config.segments.travel_m {
+    let travelled_m = inputs.runs.iter().map(|run| run.segments.travel_m).fold(0.0, f64::max);
+    let way = match travelled_m {
         way_m if way_m < 1000.0 => format!("{way_m:.*} m", metre_decimals(report.config.scales)),
         way_m => format!("{:.1} km", way_m / 1e3),
     };

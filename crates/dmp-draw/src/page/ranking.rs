@@ -23,7 +23,7 @@ pub(super) fn ranking(report: &Report) -> String {
     let row = |row: &RankingRow<'_>| {
         let mut cells: Vec<String> = row.cells.iter().map(|text| cell(text, "")).collect();
         cells.insert(1, format!("<td>{}</td>", whisker(&ranking, row, top_m2)));
-        let name = format!("<th scope=\"row\" class=\"name\">{}</th>", escape(&row.run.name));
+        let name = format!("<th scope=\"row\" class=\"name\">{}</th>", escape(&row.marked_name(report)));
         cells.splice(0..0, [cell(&row.rank, ""), name]);
         cells
     };

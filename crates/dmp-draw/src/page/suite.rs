@@ -1,6 +1,6 @@
 //! The report of a suite as one HTML page.
 
-use dmp::{LogPairReport, Outcome, SuiteReport, Verdict};
+use dmp::{Outcome, SuitePairReport, SuiteReport, Verdict};
 
 use super::html::{Document, cell, head, list, paragraph, section, table};
 use crate::plot::escape;
@@ -123,16 +123,17 @@ fn matrix(report: &SuiteReport) -> String {
     );
     let row = |log: &String| {
         let mut row = vec![cell(log, "name")];
-        row.extend(report.pairs.iter().map(|pair| on_log(pair.on(log))));
+        row.extend(report.pairs.iter().map(|pair| on_log(pair, log)));
         row
     };
     let rows: Vec<_> = report.worst_first.iter().map(row).collect();
     table("The better version on each log; first minus second of the pair", &heads, &rows)
 }
 
-fn on_log(on: Option<&LogPairReport>) -> String {
-    let word = escape(&log_word(on));
-    let Some(on) = on else { return cell(NONE, "text") };
+fn on_log(pair: &SuitePairReport, log: &str) -> String {
+    let word = log_word(pair, log);
+    let Some(on) = pair.on(log) else { return cell(&word, "text") };
+    let word = escape(&word);
     let cm = |m: Option<f64>| m.map_or(NONE.to_owned(), |m| format!("{:+.1}", 100.0 * m).replace('-', "−"));
     let word = match on.verdict {
         Verdict::Better { .. } => format!("<strong>{word}</strong>"),

@@ -94,15 +94,28 @@ pub fn duration(seconds: f64) -> String {
     }
 }
 
-/// How the way was cut: `17 segments of 12 m`.
-pub fn segments_in_words(segments: &SegmentReport) -> String {
-    let count = counted(segments.count as u64, "segment");
-    match segments.length() {
-        // Whole metres without a decimal, as everybody writes them.
-        Some(SegmentLength::Metres(m)) => format!("{count} of {} m", (10.0 * m).round() / 10.0),
-        Some(SegmentLength::Seconds(s)) => format!("{count} of {s} s"),
-        Some(SegmentLength::Scans(scans)) => format!("{count} of {}", counted(scans, "scan")),
-        None => "every scan a segment".to_owned(),
+/// How the paths of runs were cut: `17 segments of 12 m`, `16 to 17 segments`.
+pub fn segments_in_words<'s>(of_runs: impl Iterator<Item = &'s SegmentReport> + Clone) -> String {
+    let counts = of_runs.clone().map(|segments| segments.count as u64);
+    let [least, most] = [counts.clone().min(), counts.max()].map(Option::unwrap_or_default);
+    let count = if least == most {
+        counted(most, "segment")
+    } else {
+        format!("{} to {}", count(least), counted(most, "segment"))
+    };
+    // Whole metres without a decimal, as everybody writes them.
+    let mut lengths = of_runs.map(|segments| match segments.length() {
+        Some(SegmentLength::Metres(m)) => format!(" of {} m", (10.0 * m).round() / 10.0),
+        Some(SegmentLength::Seconds(s)) => format!(" of {s} s"),
+        Some(SegmentLength::Scans(scans)) => format!(" of {}", counted(scans, "scan")),
+        None => String::new(),
+    });
+    let first = lengths.next().unwrap_or_default();
+    let is_one = lengths.all(|length| length == first);
+    match first.as_str() {
+        "" if is_one => "every scan a segment".to_owned(),
+        length if is_one => count + length,
+        _ => count,
     }
 }
 
@@ -163,11 +176,11 @@ mod tests {
             starts_ns: Vec::new(),
             starts_scan: Vec::new(),
         };
-        assert_eq!(segments_in_words(&segments), "1,234 segments of 12 m");
+        assert_eq!(segments_in_words(std::iter::once(&segments)), "1,234 segments of 12 m");
         segments.length_m = None;
-        assert_eq!(segments_in_words(&segments), "1,234 segments of 3 scans");
+        assert_eq!(segments_in_words(std::iter::once(&segments)), "1,234 segments of 3 scans");
         segments.length_scans = None;
-        assert_eq!(segments_in_words(&segments), "every scan a segment");
+        assert_eq!(segments_in_words(std::iter::once(&segments)), "every scan a segment");
     }
 
     #[test]

@@ -13,7 +13,7 @@ mod tests;
 
 use std::collections::BTreeSet;
 
-use dmp::{Config, DriftPairs, DriftReach, DriftReport, PosedLog, Progress, Run, measure_drift};
+use dmp::{Config, DriftPairs, DriftReach, PosedLog, Progress, Run, RunDrift, measure_drift};
 use dmp_log::ScanLog;
 use dmp_sensor::{PoseEdge, PoseGraph, Trajectory};
 
@@ -227,14 +227,14 @@ impl Mending<'_> {
     }
 
     /// What the visits of the run, as it is now, say.
-    fn constraints(&self, reach: DriftReach) -> Result<(DriftReport, Vec<PoseEdge>), LoopError> {
+    fn constraints(&self, reach: DriftReach) -> Result<(RunDrift, Vec<PoseEdge>), LoopError> {
         let now = self.result.trajectory.clone().unwrap_or_else(|| self.run.trajectory.clone());
         let now = [Run { trajectory: now, ..self.run.clone() }];
         let config = Config { drift: self.options.pairs, drift_reach: reach, ..self.config.clone() };
-        let report = measure_drift(self.log, &now, &config, self.progress)?;
+        let drift = measure_drift(self.log, &now, &config, self.progress)?.runs.swap_remove(0);
         let body_from_sensor = self.run.body_from_sensor.unwrap_or(self.config.body_from_sensor);
-        let edges = of_keyframes(&self.chain, &report.constraints(0, &body_from_sensor));
-        Ok((report, edges))
+        let edges = of_keyframes(&self.chain, &drift.constraints(&body_from_sensor));
+        Ok((drift, edges))
     }
 
     /// The graph with the rows that the map takes.

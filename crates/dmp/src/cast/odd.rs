@@ -194,17 +194,16 @@ pub(super) fn odd_scans(shapes: &[ScanShape]) -> Vec<(usize, Oddity)> {
 mod tests {
     use super::super::shapes::ShapeCounts;
     use super::*;
-    use dmp_sensor::{Ray, ReturnCounts, Scan};
+    use dmp_sensor::{ReturnCounts, Scan};
 
     fn shape(ranges_m: impl Iterator<Item = f64>, implausible: u32) -> ScanShape {
-        let ray = |range_m| Ray { origin_in_world: [0.0; 3], direction_in_world: [1.0, 0.0, 0.0], range_m };
-        let rays: Vec<Ray> = ranges_m.map(ray).collect();
-        let points_in_sensor_m = rays.iter().map(|ray| [ray.range_m as f32, 0.0, 0.0]).collect();
+        let points_in_sensor_m: Vec<[f32; 3]> = ranges_m.map(|range_m| [range_m as f32, 0.0, 0.0]).collect();
         let mut counts = ShapeCounts::default();
+        counts.add(&points_in_sensor_m);
+        let returns = points_in_sensor_m.len() as u32;
         counts.look_at(&Scan { points_in_sensor_m, ..Scan::default() });
-        counts.add(&rays);
         let mut shape = counts.take(&ReturnCounts::default());
-        (shape.returns, shape.implausible) = (rays.len() as u32, implausible);
+        (shape.returns, shape.implausible) = (returns, implausible);
         shape
     }
 

@@ -53,6 +53,8 @@ impl<M> Evaluation<'_, M> {
             sums.shapes.extend(shapes);
             sums.marks.extend(marks);
         }
+        let unused = self.plan.looks.frames(0).filter(|&ordinal| !self.uses(ordinal)).count();
+        sums.reducer.add_empty_frames(unused as u64)?;
         self.scored(sums)
     }
 }

@@ -51,8 +51,9 @@ pub(crate) struct Scored {
 
 /// The frames that a look adds to the one before.
 struct Look {
-    /// Frames scored after it.
+    /// Frames scored after it, and how many it adds that no run has a pose for: they have no returns.
     size: u64,
+    unused: u64,
     /// Returns that it adds, and how many of these are already done.
     returns: u64,
     returns_done: u64,
@@ -134,7 +135,7 @@ impl Evaluation<'_, RunCaster> {
         let schedule =
             tiles.schedule.get_or_init(|| self.schedule(&mut looks.iter().flat_map(|look| &look.jobs)));
         let every = self.work.every();
-        let mut first = 0;
+        let (mut first, mut unused) = (0, 0);
         tiles.with_prefetch(&self.runs, self.means.threads, schedule, |ahead| {
             for look in looks {
                 self.progress.begin(Stage::Cast, look.returns);
@@ -143,7 +144,9 @@ impl Evaluation<'_, RunCaster> {
                 first += jobs.jobs.len();
                 let pauses = Pauses { every, done: std::mem::take(&mut done), keep: &mut keep, ahead };
                 (workers, done) = each_frame_in_parts(reading, jobs, std::mem::take(&mut workers), pauses)?;
-                let reducer = before.with(&workers)?.reducer;
+                unused += look.unused;
+                let mut reducer = before.with(&workers)?.reducer;
+                reducer.add_empty_frames(unused)?;
                 // A resumed checkpoint was undecided.
                 if reducer.frames_added() == look.size && self.is_decided(&reducer) {
                     break;
@@ -153,7 +156,9 @@ impl Evaluation<'_, RunCaster> {
         })?;
         let (tiles_in_reach, tile_visits) = schedule.tiles_and_visits(first);
         let tile_loads = self.runs[0].map.caster.tile_loads();
-        let scored = self.scored(before.with(&workers)?)?;
+        let mut sums = before.with(&workers)?;
+        sums.reducer.add_empty_frames(unused)?;
+        let scored = self.scored(sums)?;
         Ok(Scored { tile_loads, tiles_in_reach, tile_visits, ..scored })
     }
 
@@ -172,7 +177,8 @@ impl Evaluation<'_, RunCaster> {
         let layout = self.layout();
         let workers = (0..self.means.threads).map(|_| CastWorker::new(self, &layout)).collect();
         let reading = self.plan.reading(self.log, &self.means, self.progress);
-        let workers = each_frame_of(reading, |ordinal| wanted.contains(ordinal), workers)?;
+        let is_wanted = |ordinal| wanted.contains(ordinal) && self.uses(ordinal);
+        let workers = each_frame_of(reading, is_wanted, workers)?;
         let (mut counts, mut tiles) = (ReturnCounts::default(), HashMap::new());
         for worker in workers {
             counts.merge(&worker.counts);
@@ -192,6 +198,7 @@ impl Evaluation<'_, RunCaster> {
         let frames = self.plan.frames();
         let look = |(number, &size): (usize, &u64)| {
             let added = self.plan.looks.added(number);
+            let is_added = |ordinal: usize| added.contains(ordinal) && self.uses(ordinal);
             let returns = |is_in: &dyn Fn(usize) -> bool| {
                 (0..frames.len())
                     .filter(|&ordinal| is_in(ordinal))
@@ -200,9 +207,12 @@ impl Evaluation<'_, RunCaster> {
             };
             Look {
                 size,
-                returns: returns(&|ordinal| added.contains(ordinal)),
-                returns_done: returns(&|ordinal| added.contains(ordinal) && done.contains(ordinal)),
-                jobs: jobs_of(reading, |ordinal| added.contains(ordinal) && !done.contains(ordinal)),
+                unused: (0..frames.len())
+                    .filter(|&ordinal| added.contains(ordinal) && !self.uses(ordinal))
+                    .count() as u64,
+                returns: returns(&is_added),
+                returns_done: returns(&|ordinal| is_added(ordinal) && done.contains(ordinal)),
+                jobs: jobs_of(reading, |ordinal| is_added(ordinal) && !done.contains(ordinal)),
             }
         };
         self.plan.looks.sizes().iter().enumerate().map(look).collect()

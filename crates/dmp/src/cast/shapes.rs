@@ -1,6 +1,6 @@
 //! The summary of each scan from which odd scans are detected.
 
-use dmp_sensor::{DropReason, Ray, ReturnCounts, Scan};
+use dmp_sensor::{DropReason, ReturnCounts, Scan};
 use serde::{Deserialize, Serialize};
 
 /// Shares of ranges are counted in half octaves from 0.25 m.
@@ -17,7 +17,7 @@ const ONE_STRAY_OF: u64 = 256;
 pub(crate) struct ScanShape {
     /// Points with an echo.
     pub(super) returns: u32,
-    /// Posed returns with a plausible range.
+    /// Returns that are used.
     pub(super) used: u32,
     pub(super) implausible: u32,
     /// The half octave from 1 m in which its ranges end, except for a few; unused returns count.
@@ -56,10 +56,11 @@ impl ShapeCounts {
     }
 
     /// Counts returns that are used.
-    pub(super) fn add(&mut self, rays: &[Ray]) {
-        for ray in rays {
+    pub(super) fn add(&mut self, points_in_sensor_m: &[[f32; 3]]) {
+        for point in points_in_sensor_m {
+            let range_m = point.iter().map(|&c| f64::from(c) * f64::from(c)).sum::<f64>().sqrt();
             // Exponent and first bit of the mantissa: half octaves without a logarithm.
-            let bits = ray.range_m.to_bits() >> 51;
+            let bits = range_m.to_bits() >> 51;
             let half_octave = bits as i64 - 2 * (1023 + i64::from(FIRST_EXPONENT));
             self.bins[half_octave.clamp(0, BINS as i64 - 1) as usize] += 1;
         }
@@ -98,9 +99,8 @@ mod tests {
     #[test]
     fn half_octaves_are_distinguished() {
         let shape_of = |range_m: f64| {
-            let ray = Ray { origin_in_world: [0.0; 3], direction_in_world: [1.0, 0.0, 0.0], range_m };
             let mut counts = ShapeCounts::default();
-            counts.add(&[ray]);
+            counts.add(&[[0.0, range_m as f32, 0.0]]);
             counts.take(&ReturnCounts::default())
         };
         let bin = |range_m: f64| shape_of(range_m).shares.iter().position(|&share| share == 255);

@@ -17,7 +17,7 @@ use crate::error::EvaluateError;
 use crate::evaluation::Evaluation;
 use crate::frames::{PlannedFrame, Worker};
 use crate::poser::{Block, Poser, query_of};
-use crate::run_state::{RunState, poses_of};
+use crate::run_state::{RunState, posed};
 use crate::sink::{ScoredReturns, ScoredRun};
 
 /// Sums of the returns that lie in a tile, for each run and tile.
@@ -66,7 +66,7 @@ impl<'e> CastWorker<'e> {
         let Evaluation { log, settings, plan, runs, .. } = evaluation;
         Self {
             evaluation,
-            poser: Poser::new(poses_of(runs), &plan.filter),
+            poser: Poser::new(posed(runs), &plan.filter),
             runs: runs.iter().map(|run| CastRun::new(run, &bases(runs))).collect(),
             depth_noise: log.summary().camera.map(|_| settings.depth_noise()),
             queries: Vec::new(),
@@ -96,26 +96,33 @@ impl Worker for CastWorker<'_> {
         self.marks.extend(mark_of(scan).map(|mark| (ordinal as u64, mark)));
         let sums = &mut self.frame;
         let mut first = 0;
-        let counts = poser.blocks(frame, scan, |block| {
+        let counts = poser.blocks((ordinal, frame), scan, |block| {
             if unguarded {
-                shape.add(block.rays(0));
+                shape.add(block.points_in_sensor_m);
             }
+            let mut reposed = false;
             for (number, (run, residuals)) in runs.iter_mut().zip(residuals.iter_mut()).enumerate() {
-                run.cast(block.rays(number), frame.segment, number > 0, queries, buffers)?;
-                run.leave_residuals(&block, number, scales, depth_noise, residuals);
+                residuals.clear();
+                if let Some(segment) = run.run.path.segment(ordinal) {
+                    run.cast(block.rays(number), segment, reposed, queries, buffers)?;
+                    run.leave_residuals(&block, number, scales, depth_noise, residuals);
+                    reposed = true;
+                }
             }
             for index in 0..block.len() {
-                sums.add_return_to(residuals.iter().map(|of_run| &of_run[index]), |number, squares| {
+                let of_runs = residuals
+                    .iter()
+                    .enumerate()
+                    .map(|(number, of_run)| of_run.get(index).filter(|_| block.is_posed(number)[index]));
+                sums.add_return_to(of_runs, |number, squares| {
                     if per_tile {
                         runs[number].add_to_tile(&block.rays(number)[index], squares, scales);
                     }
                 });
             }
-            let scored: Vec<ScoredRun<'_>> = runs
-                .iter()
-                .zip(residuals.iter())
-                .enumerate()
-                .filter_map(|(number, (run, residuals))| run.scored(frame, block.rays(number), residuals))
+            let scored = runs.iter().zip(residuals.iter()).enumerate();
+            let scored: Vec<Option<ScoredRun<'_>>> = scored
+                .map(|(number, (run, residuals))| run.scored(frame, (&block, number), residuals))
                 .collect();
             let (frame, offsets_ns, runs) = (frame.number, block.offsets_ns, scored.as_slice());
             evaluation.sink.returns_scored(&ScoredReturns { frame, ordinal, first, offsets_ns, runs });
@@ -184,7 +191,6 @@ impl<'e> CastRun<'e> {
         residuals: &mut Vec<Residuals>,
     ) {
         let rays = block.rays(number);
-        residuals.clear();
         let answered = rays.iter().zip(&self.answers);
         let bases = self.bases;
         residuals.extend(answered.map(|(ray, answer)| residuals_of(ray, answer, bases, scales)));
@@ -205,16 +211,17 @@ impl<'e> CastRun<'e> {
         of_tile.add(squares);
     }
 
-    /// The current returns, as passed to a sink.
+    /// The current returns, as passed to a sink; `None` without a pose for the scan.
     fn scored<'s>(
         &'s self,
         frame: &PlannedFrame,
-        rays: &'s [Ray],
+        (block, number): (&'s Block<'_>, usize),
         residuals: &'s [Residuals],
     ) -> Option<ScoredRun<'s>> {
+        let (rays, is_posed) = (block.rays(number), block.is_posed(number));
         let own_from_world = self.run.own_from_world;
         let own_from_sensor = own_from_world * self.run.poses.of_frame(frame)?;
-        Some(ScoredRun { own_from_sensor, own_from_world, rays, residuals })
+        (!rays.is_empty()).then_some(ScoredRun { own_from_sensor, own_from_world, rays, residuals, is_posed })
     }
 }
 

@@ -2,18 +2,17 @@
 
 use dmp_sensor::{Isometry3, Matrix3, Matrix6, PoseEdge};
 
-use super::report::{DriftReport, VisitPairOfRun};
+use super::report::{RunDrift, VisitPairReport};
 use crate::seven::transform_of;
 
-impl DriftReport {
-    /// The relative poses measured for a run, given by its number in [`Self::runs`], as edges between scans,
-    /// identified by their numbers in the log. They lead from the first visit to the second and are poses of
+impl RunDrift {
+    /// The relative poses measured, as edges between scans, identified by their numbers in the log. They lead from the first visit to the second and are poses of
     /// the body that carries the sensor.
     ///
     /// A direction that no surface constrains has a standard deviation of 50 m, in a room 5 m.
-    pub fn constraints(&self, run: usize, body_from_sensor: &Isometry3<f64>) -> Vec<PoseEdge> {
-        let edge = |visit: &super::VisitPairReport| {
-            let (from_from_to, information) = visit.runs.get(run)?.constraint(body_from_sensor)?;
+    pub fn constraints(&self, body_from_sensor: &Isometry3<f64>) -> Vec<PoseEdge> {
+        let edge = |visit: &VisitPairReport| {
+            let (from_from_to, information) = visit.constraint(body_from_sensor)?;
             Some(PoseEdge {
                 from: visit.first.scan as i64,
                 to: visit.second.scan as i64,
@@ -25,7 +24,7 @@ impl DriftReport {
     }
 }
 
-impl VisitPairOfRun {
+impl VisitPairReport {
     /// The pose of the body on the second visit relative to that on the first, with the information matrix in
     /// g2o's convention.
     fn constraint(&self, body_from_sensor: &Isometry3<f64>) -> Option<(Isometry3<f64>, Matrix6<f64>)> {
@@ -83,6 +82,7 @@ fn of_blocks(blocks: &[[Matrix3<f64>; 2]; 2]) -> Matrix6<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::drift::VisitReport;
     use dmp_sensor::{Translation3, UnitQuaternion};
 
     fn pose(place_m: [f64; 3], euler_rad: [f64; 3]) -> Isometry3<f64> {
@@ -122,19 +122,25 @@ mod tests {
         for (at, sigma) in [(0, 1e-3_f64), (6, 1e-3), (11, 1e-3), (15, 0.01), (18, 0.02), (20, 0.03)] {
             covariance[at] = sigma * sigma;
         }
-        let of_run = VisitPairOfRun {
-            at_m: None,
+        let visit = VisitReport { scan: 0, stamp_ns: None, scans: Vec::new() };
+        let pair = VisitPairReport {
+            first: visit.clone(),
+            second: visit,
+            apart_m: 0.0,
+            way_m: 100.0,
+            at_m: [0.0; 3],
             off: None,
+            at_least_m: None,
             why_not: None,
             first_from_second: Some([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]),
             covariance: Some(covariance),
         };
-        let (measured, information) = of_run.constraint(&Isometry3::identity()).unwrap();
+        let (measured, information) = pair.constraint(&Isometry3::identity()).unwrap();
         assert_eq!(measured, Isometry3::identity());
         for (k, sigma) in [0.01, 0.02, 0.03, 5e-4, 5e-4, 5e-4].into_iter().enumerate() {
             assert!((information[(k, k)] * sigma * sigma - 1.0).abs() < 1e-9, "{information}");
         }
-        let refused = VisitPairOfRun { first_from_second: None, covariance: None, ..of_run };
+        let refused = VisitPairReport { first_from_second: None, covariance: None, ..pair };
         assert_eq!(refused.constraint(&Isometry3::identity()), None);
     }
 }

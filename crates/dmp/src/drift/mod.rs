@@ -1,7 +1,7 @@
 //! Measures a run's drift at revisits in metres, from its own scans.
 //!
-//! Where two visits see the same surfaces, the motion that aligns them is the drift between the visits. All
-//! runs use the same pairs of visits and the same scans.
+//! Where two visits see the same surfaces, the motion that aligns them is the drift between the visits. Visits and pairs are
+//! each run's own; two runs are compared on the pairs that both have.
 
 mod constraint;
 mod displacement;
@@ -20,7 +20,6 @@ use rayon::prelude::*;
 use crate::config::{Config, Run};
 use crate::error::EvaluateError;
 use crate::evaluation::{Evaluation, Task};
-use crate::heads::Heads;
 use crate::own_frame;
 use crate::plan::spread;
 use crate::progress::Stage;
@@ -33,22 +32,24 @@ use displacement::Axes;
 pub use displacement::Displacement;
 pub use how_many::{DriftPairs, DriftReach};
 use patches::Visits;
-use register::{Seen, register};
-pub use report::{
-    DriftBin, DriftComparison, DriftReport, Measured, RunDrift, VisitPairOfRun, VisitPairReport, VisitReport,
-};
-use summary::PairFacts;
+use register::{Seen, register, searched_m};
+pub use report::{DriftBin, DriftComparison, DriftReport, Measured, RunDrift, VisitPairReport, VisitReport};
+use summary::{PairFacts, RunFacts};
 pub(crate) use visits::VisitPair;
 use visits::{Places, Visit};
 
 /// Approximate memory for the surfaces of a visit in one run, bytes.
 const PYRAMID_BYTES: usize = 600 << 10;
+/// Visits of a run whose poses are off by more from the path between their neighbours, metres of a drive, are too rough to
+/// fit anything: then it is no evidence that nothing fits. A rotation counts at the other distance.
+const ROUGH_M: f64 = 0.1;
+const REACH_M: f64 = 10.0;
 
-/// Measures the drift of `runs` at revisits, on as many pairs of visits as [`Config::drift`] allows, evenly
+/// Measures the drift of `runs` at revisits, each by itself, on as many pairs of visits as [`Config::drift`] allows, evenly
 /// spread.
 ///
 /// Reads only the scans of these visits. The report is bit-identical for every number of threads and memory
-/// budget. A log without a revisit has an empty report.
+/// budget. A run without a revisit has no pairs.
 ///
 /// # Errors
 /// As [`evaluate`](crate::evaluate) where log and runs do not belong together, and when a scan cannot be read.
@@ -59,57 +60,93 @@ pub fn measure_drift<'a>(
     watch: impl Into<Watch<'a>>,
 ) -> Result<DriftReport, EvaluateError> {
     let config = Config { checkpoint_every: None, resume: false, ..config.clone() };
-    let task = Task::open(log, runs, &config, watch.into())?;
+    let mut task = Task::open(log, runs, &config, watch.into())?;
     // There is no map whose voxels need choosing.
-    let voxel_m = task.settings.voxel_m.unwrap_or(task.settings.scales.lengths().voxels_m[0]);
-    let stores = runs.iter().map(|_| None).collect();
-    let runs = own_frame::place(Heads::Log(log), runs, stores, &task.settings)?;
-    let planned = task.plan_placed(runs, Some(voxel_m))?;
-    planned.drift(planned.drift_pairs())
+    task.settings.voxel_m.get_or_insert(task.settings.scales.lengths().voxels_m[0]);
+    task.plan(runs)?.drift()
 }
 
 impl<M: Sync> Evaluation<'_, M> {
-    /// Limit of visit pairs on which drift is measured.
-    pub(crate) fn drift_pairs(&self) -> usize {
-        self.settings.drift.most(self.plan.segments.starts.len(), self.plan.looks.is_sampled())
+    /// Whether drift is measured beside a score.
+    pub(crate) fn measures_drift(&self) -> bool {
+        self.settings.drift.most(usize::MAX, self.plan.looks.is_sampled()) > 0
     }
 
-    /// Measures the drift of the runs on at most this many pairs of visits.
-    pub(crate) fn drift(&self, most_pairs: usize) -> Result<DriftReport, EvaluateError> {
-        let revisits = Revisits::new(self, most_pairs);
-        let reports = revisits.measure(&revisits.pairs)?;
-        Ok(revisits.summed_up(reports))
+    /// Measures the drift of every run.
+    pub(crate) fn drift(&self) -> Result<DriftReport, EvaluateError> {
+        let measured = (0..self.runs.len()).map(|run| {
+            let revisits = Revisits::new(self, run);
+            Ok((revisits.measure(&revisits.pairs)?, revisits))
+        });
+        let measured: Vec<_> = measured.collect::<Result<_, EvaluateError>>()?;
+        Ok(self.drift_report(measured))
+    }
+
+    /// The report, given what was measured on the pairs of each run.
+    pub(crate) fn drift_report(&self, measured: Vec<(Vec<VisitPairReport>, Revisits<'_, M>)>) -> DriftReport {
+        let confidence = self.settings.confidence;
+        let (mut runs, mut blocks): (Vec<RunDrift>, Vec<Vec<usize>>) = (Vec::new(), Vec::new());
+        let mut starts: Vec<Vec<usize>> = Vec::new();
+        let frames = self.plan.frames();
+        for (visits, revisits) in measured {
+            let (run, of_pairs) = revisits.summed_up(visits);
+            let begins = revisits.run.path.segments.starts.iter();
+            starts.push(begins.map(|&ordinal| frames[ordinal].number).collect());
+            runs.push(run);
+            blocks.push(of_pairs);
+        }
+        let both = (0..runs.len()).flat_map(|a| (a + 1..runs.len()).map(move |b| (a, b)));
+        let compared = |(a, b): (usize, usize)| {
+            summary::compared([&runs[a], &runs[b]], &blocks[a], &starts[a], confidence)
+        };
+        let comparisons = both.map(compared).collect();
+        DriftReport {
+            schema: DriftReport::SCHEMA.to_owned(),
+            dmp_version: env!("CARGO_PKG_VERSION").to_owned(),
+            voxel_m: patches::voxel_m(&self.settings),
+            confidence: confidence.level(),
+            runs,
+            comparisons,
+        }
     }
 
     /// As many pairs as fit a part of the memory.
     fn pairs_at_a_time(&self) -> usize {
-        (self.means.memory_bytes / 4 / (2 * self.runs.len() * PYRAMID_BYTES)).max(1)
+        (self.means.memory_bytes / 4 / (2 * PYRAMID_BYTES)).max(1)
     }
 }
 
-/// The visits of a drive, their poses in each run, and the pairs that are measured.
+/// The visits of a run, their poses, and the pairs that are measured.
 pub(crate) struct Revisits<'e, M> {
     evaluation: &'e Evaluation<'e, M>,
+    run: &'e RunState<'e, M>,
     visits: Vec<Visit>,
     places: Places,
     /// From the sensor's frame to that of a place: tilted, so that level ground and walls along the path
     /// cross their voxels.
     tilt: UnitQuaternion<f64>,
+    /// Whether noise of its poses may be why visits fit nowhere.
+    is_rough: bool,
     pairs_found: usize,
     pairs: Vec<VisitPair>,
 }
 
 impl<'e, M: Sync> Revisits<'e, M> {
-    /// Finds the pairs and selects at most this many.
-    pub(crate) fn new(evaluation: &'e Evaluation<'_, M>, most_pairs: usize) -> Self {
+    /// Finds the pairs of a run and selects as many as the settings allow.
+    pub(crate) fn new(evaluation: &'e Evaluation<'_, M>, run: usize) -> Self {
         let Evaluation { plan, settings, log, .. } = evaluation;
+        let (frames, run) = (plan.frames(), &evaluation.runs[run]);
         let is_camera = log.summary().camera.is_some();
-        let visits = visits::visits(plan, &plan.along_m, is_camera);
-        let places = Places::new(&visits, plan.frames(), evaluation.runs.iter().map(|run| &run.poses));
+        let visits = visits::visits(frames, &run.path, is_camera);
+        let places = Places::new(&visits, frames, &run.poses);
         let near_m = settings.drift_reach.near_m() * settings.metre_m();
-        let found = visits::pairs(&visits, &places, &plan.along_m, near_m, is_camera);
-        let pairs = spread(found.len(), most_pairs).into_iter().map(|k| found[k]).collect();
-        Self { evaluation, visits, places, tilt: own_frame::tilt(), pairs_found: found.len(), pairs }
+        let found = visits::pairs(&visits, &places, &run.path.along_m, near_m, is_camera);
+        let most = settings.drift.most(run.path.segments.starts.len(), plan.looks.is_sampled());
+        let pairs = spread(found.len(), most).into_iter().map(|k| found[k]).collect();
+        let metre_m = settings.metre_m();
+        let is_rough = run.poses.jitter_m(REACH_M * metre_m) > ROUGH_M * metre_m;
+        let (tilt, pairs_found) = (own_frame::tilt(), found.len());
+        Self { evaluation, run, visits, places, tilt, is_rough, pairs_found, pairs }
     }
 
     /// The pairs that are measured.
@@ -123,7 +160,7 @@ impl<'e, M: Sync> Revisits<'e, M> {
         visits.flat_map(|visit| self.visits[visit].scans.iter().copied()).collect()
     }
 
-    /// Measures some pairs in every run.
+    /// Measures some pairs.
     ///
     /// # Errors
     /// When a scan cannot be read.
@@ -135,9 +172,9 @@ impl<'e, M: Sync> Revisits<'e, M> {
         for batch in pairs.chunks(self.evaluation.pairs_at_a_time()) {
             let numbers = batch.iter().flat_map(|pair| [pair.first, pair.second]);
             let visits: Visits<'_> = numbers
-                .map(|number| (number, (&self.visits[number], self.place_from_world(number))))
+                .map(|number| (number, (&self.visits[number], self.world_from_place(number).inverse())))
                 .collect();
-            let pyramids = patches::pyramids(self.evaluation, &visits)?;
+            let pyramids = patches::pyramids(self.evaluation, self.run, &visits)?;
             let report = |pair: &VisitPair| {
                 let report = self.report(pair, &pyramids);
                 progress.advance(1);
@@ -148,116 +185,90 @@ impl<'e, M: Sync> Revisits<'e, M> {
         Ok(reports)
     }
 
-    /// The report, given the measurement of each pair.
-    pub(crate) fn summed_up(&self, visits: Vec<VisitPairReport>) -> DriftReport {
-        let Evaluation { settings, plan, runs, .. } = self.evaluation;
-        let blocks =
-            summary::blocks(&self.pairs.iter().map(|pair| (pair.first, pair.second)).collect::<Vec<_>>());
+    /// The run's part of the report, given the measurement of each pair; and the blocks of the pairs.
+    fn summed_up(&self, visits: Vec<VisitPairReport>) -> (RunDrift, Vec<usize>) {
+        let settings = &self.evaluation.settings;
+        let segments: Vec<(usize, usize)> = self.pairs.iter().map(|pair| (pair.first, pair.second)).collect();
+        let blocks = summary::blocks(&segments);
         let time_s = |pair: &VisitPairReport| {
             let ns = pair.second.stamp_ns?.saturating_sub(pair.first.stamp_ns?);
             Some(ns as f64 / 1e9)
         };
-        let fact = |(pair, block): (&VisitPairReport, usize)| PairFacts {
+        let fact = |(pair, &block): (&VisitPairReport, &usize)| PairFacts {
             block,
             way_m: pair.way_m,
             time_s: time_s(pair),
         };
-        let facts: Vec<PairFacts> = visits.iter().zip(blocks).map(fact).collect();
-        let confidence = settings.confidence;
-        let lengths = (settings.metre_m(), confidence);
-        let names: Vec<&str> = runs.iter().map(RunState::name).collect();
-        let of_run = |(run, name): (usize, &&str)| summary::of_run(name, run, &visits, &facts, lengths);
-        let of_runs: Vec<RunDrift> =
-            names.iter().enumerate().map(|(run, name)| of_run((run, name))).collect();
-        let both = (0..names.len()).flat_map(|a| (a + 1..names.len()).map(move |b| (a, b)));
-        let comparisons = both
-            .map(|(a, b)| summary::compared((a, b), [names[a], names[b]], &visits, &facts, confidence))
-            .collect();
-        DriftReport {
-            schema: DriftReport::SCHEMA.to_owned(),
-            dmp_version: env!("CARGO_PKG_VERSION").to_owned(),
-            voxel_m: patches::voxel_m(settings),
-            travel_m: plan.segments.travel_m,
+        let facts: Vec<PairFacts> = visits.iter().zip(&blocks).map(fact).collect();
+        let of_run = RunFacts {
+            name: self.run.name(),
+            travel_m: self.run.path.segments.travel_m,
             segments: self.visits.len(),
             pairs_found: self.pairs_found,
-            pairs_measured: visits.len(),
-            confidence: confidence.level(),
-            runs: of_runs,
-            comparisons,
-            visits,
-        }
+            searched_m: self.searched_m(),
+            pairs: &facts,
+        };
+        (summary::of_run(&of_run, visits, (settings.metre_m(), settings.confidence)), blocks)
     }
 
-    fn place_from_world(&self, visit: usize) -> Vec<Option<Isometry3<f64>>> {
-        let runs = 0..self.evaluation.runs.len();
-        runs.map(|run| Some(self.world_from_place(run, visit)?.inverse())).collect()
+    fn searched_m(&self) -> f64 {
+        let settings = &self.evaluation.settings;
+        searched_m(settings.drift_reach.steps()) * settings.metre_m()
     }
 
-    fn world_from_place(&self, run: usize, visit: usize) -> Option<Isometry3<f64>> {
-        Some(self.places.of(run, visit)? * self.tilt.inverse())
+    fn world_from_place(&self, visit: usize) -> Isometry3<f64> {
+        self.places.of(visit) * self.tilt.inverse()
     }
 
-    /// Measures a pair of visits in every run.
+    /// Measures a pair of visits.
     fn report(&self, pair: &VisitPair, pyramids: &patches::Pyramids) -> VisitPairReport {
-        let Evaluation { plan, runs, settings, .. } = self.evaluation;
-        let metre_m = settings.metre_m();
-        let pyramid = |run: usize, visit: usize| pyramids.get(&visit)?.get(run)?.as_ref();
-        let seen: Vec<Option<Seen<'_>>> = (0..runs.len())
-            .map(|run| {
-                let first_from_world = self.world_from_place(run, pair.first)?.inverse();
-                let world_from_second = self.world_from_place(run, pair.second)?;
-                let (first, second) = (pyramid(run, pair.first)?, pyramid(run, pair.second)?);
-                Some(Seen { first, second, claimed: first_from_world * world_from_second })
-            })
-            .collect();
-        let found = register(&seen, settings.drift_reach.steps(), metre_m);
-        let of_runs = found.into_iter().zip(&seen).enumerate().map(|(run, (found, seen))| {
-            let own_from_place =
-                self.world_from_place(run, pair.first).map(|place| runs[run].own_from_world * place);
-            let mut of_run = VisitPairOfRun {
-                at_m: own_from_place.map(|place| place.translation.vector.into()),
-                off: None,
-                why_not: None,
-                first_from_second: None,
-                covariance: None,
-            };
-            match (found, seen, own_from_place) {
-                (Ok(measured), Some(seen), Some(own_from_place)) => {
-                    of_run.off = self.axes(run, pair.first).map(|axes| {
-                        Displacement::new(&seen.claimed, &measured, &axes, &own_from_place, metre_m)
-                    });
-                    // The sensor's pose, without the tilt.
-                    let sensor_from_place =
-                        Isometry3::from_parts(Translation3::identity(), self.tilt.inverse());
-                    let motion =
-                        sensor_from_place * measured.target_from_source * sensor_from_place.inverse();
-                    of_run.first_from_second = Some(seven(&motion));
-                    let covariance = covariance_in(&sensor_from_place, &measured.covariance);
-                    of_run.covariance = Some(upper_triangle(&covariance));
-                }
-                (Err(why), ..) => of_run.why_not = Some(why.to_string()),
-                _ => {}
-            }
-            of_run
-        });
-        let way_m =
-            plan.along_m[self.visits[pair.second].middle] - plan.along_m[self.visits[pair.first].middle];
-        VisitPairReport {
+        let Evaluation { settings, .. } = self.evaluation;
+        let (metre_m, along_m) = (settings.metre_m(), &self.run.path.along_m);
+        let world_from_first = self.world_from_place(pair.first);
+        let own_from_place = self.run.own_from_world * world_from_first;
+        let mut report = VisitPairReport {
             first: self.visit_report(pair.first),
             second: self.visit_report(pair.second),
             apart_m: pair.apart_m,
-            way_m,
-            runs: of_runs.collect(),
+            way_m: along_m[self.visits[pair.second].middle] - along_m[self.visits[pair.first].middle],
+            at_m: own_from_place.translation.vector.into(),
+            off: None,
+            at_least_m: None,
+            why_not: None,
+            first_from_second: None,
+            covariance: None,
+        };
+        let (Some(first), Some(second)) = (pyramids.get(&pair.first), pyramids.get(&pair.second)) else {
+            return report;
+        };
+        let claimed = world_from_first.inverse() * self.world_from_place(pair.second);
+        match register(&Seen { first, second, claimed }, settings.drift_reach.steps(), metre_m) {
+            Ok(measured) => {
+                let axes = self.axes(pair.first);
+                let off = Displacement::new(&claimed, &measured, &axes, &own_from_place, metre_m);
+                report.off = Some(off);
+                // The sensor's pose, without the tilt.
+                let sensor_from_place = Isometry3::from_parts(Translation3::identity(), self.tilt.inverse());
+                let motion = sensor_from_place * measured.target_from_source * sensor_from_place.inverse();
+                report.first_from_second = Some(seven(&motion));
+                let covariance = covariance_in(&sensor_from_place, &measured.covariance);
+                report.covariance = Some(upper_triangle(&covariance));
+            }
+            Err(why) => {
+                let is_lost = why.is_contradiction() && !self.is_rough;
+                report.at_least_m = is_lost.then(|| self.searched_m());
+                report.why_not = Some(why.to_string());
+            }
         }
+        report
     }
 
     /// Along, left and up in the frame of a place.
-    fn axes(&self, run: usize, visit: usize) -> Option<Axes> {
-        let place_from_world = self.world_from_place(run, visit)?.rotation.inverse();
+    fn axes(&self, visit: usize) -> Axes {
+        let place_from_world = self.world_from_place(visit).rotation.inverse();
         let up = place_from_world * (self.tilt * Vector3::z());
-        let heading = place_from_world * self.places.heading(run, visit);
-        let metre_m = self.evaluation.settings.metre_m();
-        Some(Axes::new(heading, up, self.tilt * Vector3::x(), metre_m))
+        let heading = place_from_world * self.places.heading(visit);
+        Axes::new(heading, up, self.tilt * Vector3::x(), self.evaluation.settings.metre_m())
     }
 
     fn visit_report(&self, visit: usize) -> VisitReport {

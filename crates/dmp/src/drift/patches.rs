@@ -1,4 +1,4 @@
-//! Builds each run's surfaces of the visits from their scans.
+//! Builds the surfaces of a run's visits from their scans.
 
 use std::collections::{BTreeMap, HashMap};
 use std::sync::{Mutex, PoisonError};
@@ -12,7 +12,7 @@ use crate::error::EvaluateError;
 use crate::evaluation::Evaluation;
 use crate::frames::{PlannedFrame, Worker, each_frame_of_jobs, jobs_of};
 use crate::poser::Poser;
-use crate::run_state::{RunState, poses_of};
+use crate::run_state::RunState;
 use crate::settings::Settings;
 
 /// Edge of the voxels of a patch, metres of a drive.
@@ -20,29 +20,27 @@ const VOXEL_M: f64 = 0.5;
 /// Radius of a visit's surfaces, metres of a drive: farther ones are sampled sparsely.
 const REACH_M: f64 = 40.0;
 
-/// The surfaces of visits in each run, by the number of the visit: each in the frame of its place, in the
-/// order of the runs. `None` for a run without a pose there.
-pub(super) type Pyramids = BTreeMap<usize, Vec<Option<Pyramid>>>;
+/// The surfaces of visits, by the number of the visit: each in the frame of its place.
+pub(super) type Pyramids = BTreeMap<usize, Pyramid>;
 
-/// Visits by number, each with `place_from_world` of every run.
-pub(super) type Visits<'v> = BTreeMap<usize, (&'v Visit, Vec<Option<Isometry3<f64>>>)>;
+/// Visits by number, each with `place_from_world`.
+pub(super) type Visits<'v> = BTreeMap<usize, (&'v Visit, Isometry3<f64>)>;
 
-/// Some scans of a visit, in every run.
+/// Some scans of a visit.
 struct Part {
     /// Number of the visit.
     number: usize,
     scans: usize,
-    /// For each run; empty if it has no pose there.
-    patches: Vec<PatchBuilder>,
+    patch: PatchBuilder,
 }
 
-/// Reads the scans of some visits, given by number with `place_from_world` of each run, and builds the
-/// surfaces of each.
+/// Reads the scans of some visits of a run, given by number with `place_from_world`, and builds the surfaces of each.
 pub(super) fn pyramids<M: Sync>(
     evaluation: &Evaluation<'_, M>,
+    run: &RunState<'_, M>,
     visits: &Visits<'_>,
 ) -> Result<Pyramids, EvaluateError> {
-    let Evaluation { log, settings, means, plan, runs, progress, .. } = evaluation;
+    let Evaluation { log, settings, means, plan, progress, .. } = evaluation;
     let frames = plan.frames();
     let lattice = Lattice::new(voxel_m(settings))?;
     let scans = visits
@@ -64,10 +62,10 @@ pub(super) fn pyramids<M: Sync>(
         used: Mutex::default(),
     };
     let worker = |_| PatchWorker {
-        poser: Poser::new(poses_of(runs), &plan.filter),
+        poser: Poser::new([(&run.poses, &*run.path)], &plan.filter),
         shared: &shared,
-        names: runs.iter().map(RunState::name).collect(),
-        points: vec![Vec::new(); runs.len()],
+        name: run.name(),
+        points: Vec::new(),
         visit: None,
     };
     let workers = (0..means.threads).map(worker).collect();
@@ -113,16 +111,16 @@ struct Shared<'v> {
     /// Visits with scans on several threads.
     open: Mutex<HashMap<usize, Part>>,
     done: Mutex<Pyramids>,
-    /// Patches of finished visits, one per run: their memory is reused.
-    used: Mutex<Vec<Vec<PatchBuilder>>>,
+    /// Patches of finished visits: their memory is reused.
+    used: Mutex<Vec<PatchBuilder>>,
 }
 
-/// Work of a thread on a scan: adds its returns to the patch of its visit, in every run.
+/// Work of a thread on a scan: adds its returns to the patch of its visit.
 struct PatchWorker<'a> {
     poser: Poser<'a>,
     shared: &'a Shared<'a>,
-    names: Vec<&'a str>,
-    points: Vec<Vec<[f64; 3]>>,
+    name: &'a str,
+    points: Vec<[f64; 3]>,
     /// The visit of the last scan.
     visit: Option<Part>,
 }
@@ -133,25 +131,23 @@ impl Worker for PatchWorker<'_> {
         if let Some(other) = self.visit.take_if(|part| part.number != number) {
             self.shared.put(other);
         }
-        let Self { poser, shared, names, points, visit } = self;
+        let Self { poser, shared, name, points, visit } = self;
         let (_, place_from_world) = &shared.visits[&number];
         let (share, reach_m2) = (shared.shares[&number], shared.reach_m * shared.reach_m);
-        points.iter_mut().for_each(Vec::clear);
+        points.clear();
         poser.endpoints(
-            frame,
+            (ordinal, frame),
             scan,
-            place_from_world,
+            &[Some(*place_from_world)],
             |index| is_drawn(index, share),
-            |run, [x, y, z]| {
+            |_, [x, y, z]| {
                 if x * x + y * y + z * z <= reach_m2 {
-                    points[run].push([x, y, z]);
+                    points.push([x, y, z]);
                 }
             },
         );
         let part = visit.get_or_insert_with(|| shared.begun(number));
-        for ((patch, points), name) in part.patches.iter_mut().zip(points).zip(names) {
-            patch.add(points).map_err(EvaluateError::map_of(name))?;
-        }
+        part.patch.add(points).map_err(EvaluateError::map_of(name))?;
         part.scans += 1;
         let is_whole = |part: &mut Part| part.scans == shared.visits[&number].0.scans.len();
         if let Some(whole) = visit.take_if(is_whole) {
@@ -163,10 +159,8 @@ impl Worker for PatchWorker<'_> {
 
 impl Shared<'_> {
     fn begun(&self, number: usize) -> Part {
-        let (_, place_from_world) = &self.visits[&number];
         let used = self.used.lock().unwrap_or_else(PoisonError::into_inner).pop();
-        let new = || place_from_world.iter().map(|_| PatchBuilder::new(self.lattice)).collect();
-        Part { number, scans: 0, patches: used.unwrap_or_else(new) }
+        Part { number, scans: 0, patch: used.unwrap_or_else(|| PatchBuilder::new(self.lattice)) }
     }
 
     /// Adds some scans of a visit; the last ones complete its surfaces.
@@ -182,19 +176,17 @@ impl Shared<'_> {
                 return;
             }
         }
-        let (_, place_from_world) = &self.visits[&part.number];
-        let of_runs = part.patches.iter().zip(place_from_world);
-        let pyramids = of_runs.map(|(patch, place)| place.map(|_| Pyramid::new(patch))).collect();
-        self.done.lock().unwrap_or_else(PoisonError::into_inner).insert(part.number, pyramids);
-        part.patches.iter_mut().for_each(PatchBuilder::clear);
-        self.used.lock().unwrap_or_else(PoisonError::into_inner).push(part.patches);
+        let pyramid = Pyramid::new(&part.patch);
+        self.done.lock().unwrap_or_else(PoisonError::into_inner).insert(part.number, pyramid);
+        part.patch.clear();
+        self.used.lock().unwrap_or_else(PoisonError::into_inner).push(part.patch);
     }
 }
 
 impl Part {
     fn merge(&mut self, other: Self) {
         self.scans += other.scans;
-        self.patches.iter_mut().zip(other.patches).for_each(|(patch, more)| patch.merge(more));
+        self.patch.merge(other.patch);
     }
 }
 

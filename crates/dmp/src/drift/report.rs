@@ -5,37 +5,32 @@ use serde::{Deserialize, Serialize};
 use super::displacement::Displacement;
 
 /// The drift of runs at revisits, measured from their own scans. Serialised, it is the JSON of `dmp drift`:
-/// schema `dmp-drift/1`, described in `docs/drift.md`.
+/// schema `dmp-drift/2`, described in `docs/drift.md`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DriftReport {
-    /// Always `dmp-drift/1`.
+    /// Always `dmp-drift/2`.
     pub schema: String,
     /// Version of this program.
     pub dmp_version: String,
     /// Edge of the voxels of a visit, metres.
     pub voxel_m: f64,
-    /// Path length, metres: the median over the runs.
-    pub travel_m: f64,
-    /// Number of segments of the path.
-    pub segments: usize,
-    /// Number of pairs of visits found, and number of them that were measured.
-    pub pairs_found: usize,
-    /// See [`Self::pairs_found`].
-    pub pairs_measured: usize,
     /// Confidence of each interval.
     pub confidence: f64,
-    /// The runs, in the order given.
+    /// The runs, in the order given. Each is measured by itself.
     pub runs: Vec<RunDrift>,
     /// Every pair of runs, compared on the pairs of visits that both have measured.
     pub comparisons: Vec<DriftComparison>,
-    /// The measured pairs of visits, in the order of the drive.
-    pub visits: Vec<VisitPairReport>,
 }
 
 impl DriftReport {
     /// The value of `schema`.
-    pub const SCHEMA: &str = "dmp-drift/1";
+    pub const SCHEMA: &str = "dmp-drift/2";
+
+    /// Whether any run was looked at where it comes back.
+    pub fn is_measured(&self) -> bool {
+        self.runs.iter().any(|run| run.pairs_measured > 0)
+    }
 }
 
 /// The drift of a run at revisits; lengths in metres, null where unknown.
@@ -44,11 +39,24 @@ impl DriftReport {
 pub struct RunDrift {
     /// Name of the run.
     pub name: String,
+    /// Its path length, metres.
+    pub travel_m: f64,
+    /// Number of segments of its path.
+    pub segments: usize,
+    /// Number of pairs of visits found, and number of them that were looked at.
+    pub pairs_found: usize,
+    /// See [`Self::pairs_found`].
+    pub pairs_measured: usize,
     /// Pairs of visits measured in all three directions.
     pub pairs: usize,
     /// Pairs measured in some directions only.
     pub pairs_in_part: usize,
-    /// Pairs without a measurement.
+    /// Pairs that the run puts at one place, where no alignment of their surfaces fits within what was searched. Each counts
+    /// as far off as was searched: then the three numbers below are at least so large.
+    pub pairs_lost: usize,
+    /// How far around its poses was searched, metres.
+    pub searched_m: f64,
+    /// Pairs without an answer: too few surfaces in common, or that hold them.
     pub pairs_refused: usize,
     /// Median distance between a visit in the run and by its surfaces.
     pub median_m: Measured,
@@ -77,6 +85,8 @@ pub struct RunDrift {
     pub over_way: Vec<DriftBin>,
     /// The same by the time between them, seconds.
     pub over_time: Vec<DriftBin>,
+    /// The pairs of visits that were looked at, in the order of the drive.
+    pub visits: Vec<VisitPairReport>,
 }
 
 /// A number with its interval.
@@ -113,7 +123,7 @@ pub struct DriftComparison {
     pub a: String,
     /// The second run.
     pub b: String,
-    /// Pairs of visits measured in both.
+    /// Pairs of visits that both have, measured or lost.
     pub pairs: usize,
     /// Root mean squares over these, minus noise, metres.
     pub rms_a_m: Option<f64>,
@@ -121,11 +131,12 @@ pub struct DriftComparison {
     pub rms_b_m: Option<f64>,
     /// Mean square of a minus that of b, m²: negative if a is better.
     pub difference_m2: Measured,
-    /// The better run, if the interval excludes 0; else null.
+    /// The better run, if the interval excludes 0; else null. A run that is lost at a visit, or has no answer at one where
+    /// the other has, is never the better one.
     pub better: Option<String>,
 }
 
-/// Two visits to a place, and every run's measurement.
+/// Two visits of a run to a place, and what was measured.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct VisitPairReport {
@@ -133,12 +144,24 @@ pub struct VisitPairReport {
     pub first: VisitReport,
     /// The later one.
     pub second: VisitReport,
-    /// Distance between them, metres: the median over the runs.
+    /// Distance between them by the run's poses, metres.
     pub apart_m: f64,
     /// Distance travelled between them, metres.
     pub way_m: f64,
-    /// Each run, in the order given.
-    pub runs: Vec<VisitPairOfRun>,
+    /// Position of the first visit in the run's own world, metres.
+    pub at_m: [f64; 3],
+    /// The displacement; null where the surfaces do not determine it.
+    pub off: Option<Displacement>,
+    /// Where surfaces are there and no alignment fits: how far was searched, metres. The distance is at least this.
+    pub at_least_m: Option<f64>,
+    /// Why there is no displacement.
+    pub why_not: Option<String>,
+    /// Pose of the second visit's sensor relative to the first's, by the surfaces: x, y, z (metres), qx, qy,
+    /// qz, qw.
+    pub first_from_second: Option<[f64; 7]>,
+    /// Covariance of a rotation vector (radians) and a translation (metres) applied before that, in the frame
+    /// of the first visit's sensor: the upper triangle, row by row.
+    pub covariance: Option<[f64; 21]>,
 }
 
 /// A visit.
@@ -151,22 +174,4 @@ pub struct VisitReport {
     pub stamp_ns: Option<i64>,
     /// The scans whose returns were used.
     pub scans: Vec<usize>,
-}
-
-/// A run's measurement of a pair of visits.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct VisitPairOfRun {
-    /// Position of the first visit in the run's own world, metres; null without a pose there.
-    pub at_m: Option<[f64; 3]>,
-    /// The displacement; null where the surfaces do not determine it.
-    pub off: Option<Displacement>,
-    /// Why there is no displacement.
-    pub why_not: Option<String>,
-    /// Pose of the second visit's sensor relative to the first's, by the surfaces: x, y, z (metres), qx, qy,
-    /// qz, qw.
-    pub first_from_second: Option<[f64; 7]>,
-    /// Covariance of a rotation vector (radians) and a translation (metres) applied before that, in the frame
-    /// of the first visit's sensor: the upper triangle, row by row.
-    pub covariance: Option<[f64; 21]>,
 }

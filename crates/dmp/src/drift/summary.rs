@@ -49,33 +49,54 @@ pub(super) fn blocks(segments: &[(usize, usize)]) -> Vec<usize> {
         .collect()
 }
 
-/// A pair of visits in one run.
+/// A pair of visits with a distance, or at least a bound on it.
 #[derive(Debug, Clone, Copy)]
-struct Entry<'a> {
+struct Entry {
     facts: PairFacts,
-    off: &'a Displacement,
     distance_m: f64,
+    /// What noise of the measurement adds to its square.
+    noise_m2: f64,
+    /// Variance of its square; 0 of a bound.
+    variance_m4: f64,
 }
 
-fn entries<'a>(run: usize, visits: &'a [VisitPairReport], facts: &'a [PairFacts]) -> Vec<Entry<'a>> {
-    let entry = |(visit, facts): (&'a VisitPairReport, &PairFacts)| {
-        let off = visit.runs[run].off.as_ref()?;
-        Some(Entry { facts: *facts, off, distance_m: off.distance_m? })
-    };
-    visits.iter().zip(facts).filter_map(entry).collect()
+impl Entry {
+    fn of(visit: &VisitPairReport, facts: PairFacts) -> Option<Self> {
+        let bound = visit.at_least_m.map(|distance_m| (distance_m, 0.0, 0.0));
+        let measured = visit.off.as_ref().and_then(|off| {
+            Some((off.distance_m?, off.noise_m2().iter().sum(), off.variance_of_square_m4()?))
+        });
+        let (distance_m, noise_m2, variance_m4) = measured.or(bound)?;
+        Some(Self { facts, distance_m, noise_m2, variance_m4 })
+    }
+
+    fn square_m2(&self) -> f64 {
+        self.distance_m * self.distance_m - self.noise_m2
+    }
+}
+
+/// What is known of a run's visits beside their displacements.
+pub(super) struct RunFacts<'a> {
+    pub(super) name: &'a str,
+    pub(super) travel_m: f64,
+    pub(super) segments: usize,
+    pub(super) pairs_found: usize,
+    pub(super) searched_m: f64,
+    /// Of each pair that was looked at.
+    pub(super) pairs: &'a [PairFacts],
 }
 
 /// A run's part of the report.
 pub(super) fn of_run(
-    name: &str,
-    run: usize,
-    visits: &[VisitPairReport],
-    facts: &[PairFacts],
+    of_run: &RunFacts<'_>,
+    visits: Vec<VisitPairReport>,
     (metre_m, confidence): (f64, Confidence),
 ) -> RunDrift {
-    let entries = entries(run, visits, facts);
-    let offs = || visits.iter().filter_map(|visit| visit.runs[run].off.as_ref());
-    let with_interval = |of: &dyn Fn(&[&Entry<'_>]) -> Option<f64>| {
+    let entry = |(visit, &facts): (&VisitPairReport, &PairFacts)| Entry::of(visit, facts);
+    let entries: Vec<Entry> = visits.iter().zip(of_run.pairs).filter_map(entry).collect();
+    let pairs_lost = visits.iter().filter(|visit| visit.at_least_m.is_some()).count();
+    let offs = || visits.iter().filter_map(|visit| visit.off.as_ref());
+    let with_interval = |of: &dyn Fn(&[&Entry]) -> Option<f64>| {
         let blocks: Vec<usize> = entries.iter().map(|entry| entry.facts.block).collect();
         let of = |chosen: &[usize]| of(&chosen.iter().map(|&k| &entries[k]).collect::<Vec<_>>());
         measured(&blocks, confidence, 0.0, &of)
@@ -86,11 +107,18 @@ pub(super) fn of_run(
     };
     let degrees = |of: &dyn Fn(&Displacement) -> f64| part(&|off| Some((of(off), 0.0)));
     let shares = entries.iter().filter(|entry| entry.facts.way_m > 0.0);
-    RunDrift {
+    let RunFacts { name, travel_m, segments, pairs_found, searched_m, .. } = *of_run;
+    let mut drift = RunDrift {
         name: name.to_owned(),
-        pairs: entries.len(),
-        pairs_in_part: offs().count() - entries.len(),
-        pairs_refused: visits.len() - offs().count(),
+        travel_m,
+        segments,
+        pairs_found,
+        pairs_measured: visits.len(),
+        pairs: entries.len() - pairs_lost,
+        pairs_in_part: offs().count() + pairs_lost - entries.len(),
+        pairs_lost,
+        searched_m,
+        pairs_refused: visits.len() - offs().count() - pairs_lost,
         median_m: length(with_interval(&|chosen| quantile(distances(chosen), 0.5))),
         rms_m: length(with_interval(&|chosen| rms_of(chosen.iter().copied()))),
         p95_m: length(with_interval(&|chosen| quantile(distances(chosen), 0.95))),
@@ -107,7 +135,10 @@ pub(super) fn of_run(
         ),
         over_way: curve(&entries, FIRST_WAY_M * metre_m, |facts| Some(facts.way_m)),
         over_time: curve(&entries, FIRST_TIME_S, |facts| facts.time_s),
-    }
+        visits: Vec::new(),
+    };
+    drift.visits = visits;
+    drift
 }
 
 /// Lengths, clamped at 0.
@@ -115,25 +146,35 @@ fn length(measured: Measured) -> Measured {
     Measured { interval: measured.interval.map(|ends| ends.map(|end| end.max(0.0))), ..measured }
 }
 
-/// Two runs on the pairs measured in both.
+/// Two runs on the pairs of visits that both have; of the first the block of each pair and the scans with which its segments
+/// begin. The visits of two runs, whose segments are their own, are the same up to one segment.
 pub(super) fn compared(
-    (a, b): (usize, usize),
-    names: [&str; 2],
-    visits: &[VisitPairReport],
-    facts: &[PairFacts],
+    [a, b]: [&RunDrift; 2],
+    blocks_of_a: &[usize],
+    starts_of_a: &[usize],
     confidence: Confidence,
 ) -> DriftComparison {
-    let of_run = |visit: &VisitPairReport, run: usize| {
-        let off = visit.runs[run].off.as_ref()?;
-        let square_m2 = off.distance_m? * off.distance_m? - off.noise_m2().iter().sum::<f64>();
-        Some((square_m2, off.variance_of_square_m4()?))
-    };
+    // Pairs on which only the other has an answer.
+    let mut silent = [0.0; 2];
     let (mut both, mut blocks, mut variance_m4) = (Vec::new(), Vec::new(), 0.0);
-    for (visit, facts) in visits.iter().zip(facts) {
-        let (Some((a_m2, a_m4)), Some((b_m2, b_m4))) = (of_run(visit, a), of_run(visit, b)) else { continue };
-        both.push((a_m2, b_m2));
-        blocks.push(facts.block);
-        variance_m4 += a_m4 + b_m4;
+    let mut left: Vec<&VisitPairReport> = b.visits.iter().collect();
+    for (visit, &block) in a.visits.iter().zip(blocks_of_a) {
+        let near = |(k, other): (usize, &&VisitPairReport)| {
+            segments_apart(visit, other, starts_of_a).map(|apart| (apart, k))
+        };
+        let nearest = left.iter().enumerate().filter_map(near).min_by(|a, b| a.0.total_cmp(&b.0));
+        let Some((_, same)) = nearest else { continue };
+        let pair = [visit, left.remove(same)];
+        let facts = PairFacts { block, way_m: 0.0, time_s: None };
+        let entries = pair.map(|visit| Entry::of(visit, facts));
+        for k in 0..2 {
+            let is_silent = pair[k].off.is_none() && pair[k].at_least_m.is_none();
+            silent[k] += f64::from(u8::from(is_silent && entries[1 - k].is_some()));
+        }
+        let [Some(of_a), Some(of_b)] = entries else { continue };
+        both.push((of_a.square_m2(), of_b.square_m2()));
+        blocks.push(block);
+        variance_m4 += of_a.variance_m4 + of_b.variance_m4;
     }
     let pairs = both.len() as f64;
     let difference = |chosen: &[usize]| {
@@ -141,14 +182,19 @@ pub(super) fn compared(
         (!chosen.is_empty()).then(|| sum / chosen.len() as f64)
     };
     let difference_m2 = measured(&blocks, confidence, variance_m4 / (pairs * pairs), &difference);
+    // Who is lost, or silent more often than the other by over two standard errors, is not better.
+    let may_win = [0, 1].map(|k| {
+        let more: f64 = silent[k] - silent[1 - k];
+        [a, b][k].pairs_lost == 0 && (more <= 0.0 || more * more <= 4.0 * (silent[k] + silent[1 - k]))
+    });
     let better = match difference_m2.interval {
-        Some([_, high]) if high < 0.0 => Some(names[0].to_owned()),
-        Some([low, _]) if low > 0.0 => Some(names[1].to_owned()),
+        Some([_, high]) if high < 0.0 && may_win[0] => Some(a.name.clone()),
+        Some([low, _]) if low > 0.0 && may_win[1] => Some(b.name.clone()),
         _ => None,
     };
     DriftComparison {
-        a: names[0].to_owned(),
-        b: names[1].to_owned(),
+        a: a.name.clone(),
+        b: b.name.clone(),
         pairs: both.len(),
         rms_a_m: rms(&both.iter().map(|(a, _)| *a).collect::<Vec<_>>()),
         rms_b_m: rms(&both.iter().map(|(_, b)| *b).collect::<Vec<_>>()),
@@ -157,14 +203,28 @@ pub(super) fn compared(
     }
 }
 
-fn distances(chosen: &[&Entry<'_>]) -> Vec<f64> {
+/// How many segments two pairs of visits, of two runs, lie apart in all; `None` where either visit is off by more than one.
+fn segments_apart(a: &VisitPairReport, b: &VisitPairReport, starts: &[usize]) -> Option<f64> {
+    let place = |scan: usize| {
+        let next = starts.partition_point(|&start| start <= scan);
+        let segment = next.saturating_sub(1);
+        let part = match starts.get(segment..=next) {
+            Some(&[start, end]) => (scan - start) as f64 / (end - start) as f64,
+            _ => 0.0,
+        };
+        segment as f64 + part
+    };
+    let apart = |a: usize, b: usize| (place(a) - place(b)).abs();
+    let (first, second) = (apart(a.first.scan, b.first.scan), apart(a.second.scan, b.second.scan));
+    (first.max(second) <= 1.0).then_some(first + second)
+}
+
+fn distances(chosen: &[&Entry]) -> Vec<f64> {
     chosen.iter().map(|entry| entry.distance_m).collect()
 }
 
-fn rms_of<'a>(entries: impl Iterator<Item = &'a Entry<'a>>) -> Option<f64> {
-    rms(&entries
-        .map(|entry| entry.distance_m * entry.distance_m - entry.off.noise_m2().iter().sum::<f64>())
-        .collect::<Vec<_>>())
+fn rms_of<'a>(entries: impl Iterator<Item = &'a Entry>) -> Option<f64> {
+    rms(&entries.map(Entry::square_m2).collect::<Vec<_>>())
 }
 
 /// The root of the mean; 0 if the mean is negative.
@@ -181,13 +241,13 @@ fn quantile(mut values: Vec<f64>, part: f64) -> Option<f64> {
 }
 
 /// Bins that double in length; empty bins are omitted.
-fn curve(entries: &[Entry<'_>], first: f64, of: impl Fn(&PairFacts) -> Option<f64>) -> Vec<DriftBin> {
+fn curve(entries: &[Entry], first: f64, of: impl Fn(&PairFacts) -> Option<f64>) -> Vec<DriftBin> {
     let mut bins = Vec::new();
     let (mut from, mut to) = (0.0, first);
     let longest = entries.iter().filter_map(|entry| of(&entry.facts)).fold(0.0, f64::max);
     while from <= longest {
-        let within = |entry: &&Entry<'_>| of(&entry.facts).is_some_and(|value| (from..to).contains(&value));
-        let some: Vec<&Entry<'_>> = entries.iter().filter(within).collect();
+        let within = |entry: &&Entry| of(&entry.facts).is_some_and(|value| (from..to).contains(&value));
+        let some: Vec<&Entry> = entries.iter().filter(within).collect();
         if let (Some(rms_m), Some(median_m)) = (rms_of(some.iter().copied()), quantile(distances(&some), 0.5))
         {
             bins.push(DriftBin { from, to, pairs: some.len(), rms_m, median_m });

@@ -1,9 +1,9 @@
-//! Finds the places that a drive visits twice.
+//! Finds the places that a run visits twice, by its own path and poses.
 
 use dmp_sensor::{Isometry3, Vector3};
 
 use crate::frames::PlannedFrame;
-use crate::plan::Plan;
+use crate::plan::RunPath;
 use crate::run_poses::RunPoses;
 
 /// Least number of segments between the visits of a pair: neighbours share surfaces, which drift distorts
@@ -40,99 +40,84 @@ pub(super) struct Visit {
 pub(crate) struct VisitPair {
     pub(super) first: usize,
     pub(super) second: usize,
-    /// Distance between them, metres: the median over the runs.
+    /// Distance between them, metres.
     pub(super) apart_m: f64,
 }
 
-/// The visits of a drive: its segments.
-pub(super) fn visits(plan: &Plan, along_m: &[f64], is_camera: bool) -> Vec<Visit> {
-    let frames = plan.frames().len();
-    let starts = if plan.segments.length.is_some() {
-        plan.segments.starts.clone()
+/// The visits of a run: its segments.
+pub(super) fn visits(frames: &[PlannedFrame], path: &RunPath, is_camera: bool) -> Vec<Visit> {
+    let posed: Vec<usize> = (0..frames.len()).filter(|&ordinal| path.has(ordinal)).collect();
+    let starts: Vec<usize> = if path.segments.length.is_some() {
+        path.segments.starts.iter().map(|&start| posed.partition_point(|&ordinal| ordinal < start)).collect()
     } else {
-        let count = STRETCHES.min(frames);
-        (0..count).map(|k| k * frames / count).collect()
+        let count = STRETCHES.min(posed.len());
+        (0..count).map(|k| k * posed.len() / count).collect()
     };
-    let ends = starts.iter().skip(1).copied().chain([frames]);
-    let returns = |ordinal: usize| plan.frames()[ordinal].returns;
-    starts.iter().zip(ends).map(|(&start, end)| Visit::of(start..end, along_m, returns, is_camera)).collect()
+    let ends = starts.iter().skip(1).copied().chain([posed.len()]);
+    let returns = |ordinal: usize| frames[ordinal].returns;
+    let visit =
+        |(&start, end): (&usize, usize)| Visit::of(&posed[start..end], &path.along_m, returns, is_camera);
+    starts.iter().zip(ends).map(visit).collect()
 }
 
 impl Visit {
     /// Selects scans of a segment. If a few have enough returns, they are the ones next to the middle, which
     /// mostly lie together in the log. Otherwise, and for a camera with its small view, they are at equal
     /// steps of distance, or of their number if the sensor stands.
-    fn of(
-        ordinals: std::ops::Range<usize>,
-        along_m: &[f64],
-        returns: impl Fn(usize) -> u64,
-        is_camera: bool,
-    ) -> Self {
-        let (first_m, last_m) = (along_m[ordinals.start], along_m[ordinals.end - 1]);
+    fn of(ordinals: &[usize], along_m: &[f64], returns: impl Fn(usize) -> u64, is_camera: bool) -> Self {
+        let last = ordinals.len() - 1;
+        let (first_m, last_m) = (along_m[ordinals[0]], along_m[ordinals[last]]);
         let at = |part: f64| {
-            let goes_on = last_m > first_m;
-            let along_m_wanted = first_m + part * (last_m - first_m);
-            let by_way = ordinals.clone().find(|&ordinal| along_m[ordinal] >= along_m_wanted);
-            let by_number = ordinals.start + (part * (ordinals.len() - 1) as f64) as usize;
-            if goes_on { by_way.unwrap_or(ordinals.end - 1) } else { by_number }
+            let wanted_m = first_m + part * (last_m - first_m);
+            if last_m > first_m {
+                ordinals.partition_point(|&ordinal| along_m[ordinal] < wanted_m).min(last)
+            } else {
+                (part * last as f64) as usize
+            }
         };
         let middle = at(0.5);
-        let enough = RETURNS.div_ceil(returns(middle).max(1)) as usize;
-        if !is_camera && enough < SCANS / 2 {
+        let enough = RETURNS.div_ceil(returns(ordinals[middle]).max(1)) as usize;
+        let scans = if !is_camera && enough < SCANS / 2 {
             let beside = (enough.max(LEAST_SCANS) / 2).min(ordinals.len() / 2);
-            let scans =
-                middle.saturating_sub(beside).max(ordinals.start)..(middle + beside + 1).min(ordinals.end);
-            return Self { middle, scans: scans.collect() };
-        }
-        let mut scans: Vec<usize> = (0..SCANS)
-            .map(|k| at(0.5 + PART * ((k as f64 + 0.5) / SCANS as f64 - 0.5)))
-            .chain([middle])
-            .collect();
-        scans.sort_unstable();
-        scans.dedup();
-        Self { middle, scans }
+            (middle.saturating_sub(beside)..(middle + beside + 1).min(ordinals.len())).collect()
+        } else {
+            let spread = (0..SCANS).map(|k| at(0.5 + PART * ((k as f64 + 0.5) / SCANS as f64 - 0.5)));
+            let mut scans: Vec<usize> = spread.chain([middle]).collect();
+            scans.sort_unstable();
+            scans.dedup();
+            scans
+        };
+        let scans = scans.into_iter().map(|k: usize| ordinals[k]).collect();
+        Self { middle: ordinals[middle], scans }
     }
 }
 
-/// The sensor's pose on each visit, for each run.
-pub(super) struct Places(Vec<Vec<Option<Isometry3<f64>>>>);
+/// The sensor's pose on each visit.
+pub(super) struct Places(Vec<Isometry3<f64>>);
 
 impl Places {
-    pub(super) fn new<'a>(
-        visits: &[Visit],
-        frames: &[PlannedFrame],
-        runs: impl Iterator<Item = &'a RunPoses>,
-    ) -> Self {
-        let of_run =
-            |run: &RunPoses| visits.iter().map(|visit| run.of_frame(&frames[visit.middle])).collect();
-        Self(runs.map(of_run).collect())
+    pub(super) fn new(visits: &[Visit], frames: &[PlannedFrame], poses: &RunPoses) -> Self {
+        // A visit is of scans with poses.
+        let place = |visit: &Visit| poses.of_frame(&frames[visit.middle]).unwrap_or_default();
+        Self(visits.iter().map(place).collect())
     }
 
-    /// `world_from_sensor` of a run on a visit.
-    pub(super) fn of(&self, run: usize, visit: usize) -> Option<&Isometry3<f64>> {
-        self.0[run][visit].as_ref()
+    /// `world_from_sensor` on a visit.
+    pub(super) fn of(&self, visit: usize) -> &Isometry3<f64> {
+        &self.0[visit]
     }
 
-    /// The distance between two visits, metres, and the cosine of the angle between them: the medians over
-    /// the runs.
-    fn apart(&self, a: usize, b: usize) -> Option<(f64, f64)> {
-        let both = self.0.iter().filter_map(|run| Some((run[a].as_ref()?, run[b].as_ref()?)));
-        let (mut distances, mut turns): (Vec<f64>, Vec<f64>) = both
-            .map(|(a, b)| {
-                let cos_of_half = a.rotation.coords.dot(&b.rotation.coords);
-                let distance_m = (a.translation.vector - b.translation.vector).norm();
-                (distance_m, 2.0 * cos_of_half * cos_of_half - 1.0)
-            })
-            .unzip();
-        distances.sort_by(f64::total_cmp);
-        turns.sort_by(f64::total_cmp);
-        Some((*distances.get(distances.len() / 2)?, *turns.get(turns.len() / 2)?))
+    /// The distance between two visits, metres, and the cosine of the angle between them.
+    fn apart(&self, a: usize, b: usize) -> (f64, f64) {
+        let (a, b) = (self.of(a), self.of(b));
+        let cos_of_half = a.rotation.coords.dot(&b.rotation.coords);
+        let distance_m = (a.translation.vector - b.translation.vector).norm();
+        (distance_m, 2.0 * cos_of_half * cos_of_half - 1.0)
     }
 
-    /// The heading of a run at a visit: from the visit before it to the one after.
-    pub(super) fn heading(&self, run: usize, visit: usize) -> Vector3<f64> {
-        let places = &self.0[run];
-        let place = |visit: usize| places.get(visit)?.as_ref().map(|pose| pose.translation.vector);
+    /// The heading at a visit: from the visit before it to the one after.
+    pub(super) fn heading(&self, visit: usize) -> Vector3<f64> {
+        let place = |visit: usize| self.0.get(visit).map(|pose| pose.translation.vector);
         let here = place(visit).unwrap_or_default();
         let before = visit.checked_sub(1).and_then(place).unwrap_or(here);
         place(visit + 1).unwrap_or(here) - before
@@ -149,14 +134,14 @@ pub(super) fn pairs(
     is_camera: bool,
 ) -> Vec<VisitPair> {
     let near = |a: usize, b: usize| {
-        let (apart_m, turned_cos) = places.apart(a, b)?;
+        let (apart_m, turned_cos) = places.apart(a, b);
         let way_m = (along_m[visits[b].middle] - along_m[visits[a].middle]).abs();
         let is_near = apart_m <= near_m && WAY_PER_DISTANCE * apart_m <= way_m;
         (is_near && !(is_camera && turned_cos < SAME_VIEW_COS)).then_some(apart_m)
     };
     // For each visit the near others, earlier and later, reduced to the nearest of each row of neighbours.
     let mut nearest: Vec<Vec<(usize, f64)>> = Vec::with_capacity(visits.len());
-    let grid = Grid::new(places, visits.len(), near_m);
+    let grid = Grid::new(places, near_m);
     for visit in 0..visits.len() {
         let mut rows: Vec<(usize, f64)> = Vec::new();
         let mut last = None;
@@ -189,41 +174,34 @@ pub(super) fn pairs(
     pairs
 }
 
-/// Visits by their cells in any of the runs, so that few are compared on a long drive.
-struct Grid {
-    edge_m: f64,
-    by_cell: std::collections::BTreeMap<[i64; 4], Vec<usize>>,
-    cells: Vec<Vec<[i64; 4]>>,
-}
+/// Visits by their cells, so that few are compared on a long drive.
+struct Grid(std::collections::BTreeMap<[i64; 3], Vec<usize>>, Vec<[i64; 3]>);
 
 impl Grid {
-    fn new(places: &Places, visits: usize, edge_m: f64) -> Self {
-        let mut grid =
-            Self { edge_m, by_cell: std::collections::BTreeMap::new(), cells: vec![Vec::new(); visits] };
-        for (run, of_run) in places.0.iter().enumerate() {
-            for (visit, place) in of_run.iter().enumerate() {
-                let Some(place) = place else { continue };
-                let [x, y, z] = [0, 1, 2].map(|k| (place.translation.vector[k] / grid.edge_m).floor() as i64);
-                grid.by_cell.entry([run as i64, x, y, z]).or_default().push(visit);
-                grid.cells[visit].push([run as i64, x, y, z]);
-            }
+    fn new(places: &Places, edge_m: f64) -> Self {
+        let cell = |pose: &Isometry3<f64>| {
+            let place = pose.translation.vector;
+            [place.x, place.y, place.z].map(|c| (c / edge_m).floor() as i64)
+        };
+        let cells: Vec<[i64; 3]> = places.0.iter().map(cell).collect();
+        let mut by_cell: std::collections::BTreeMap<[i64; 3], Vec<usize>> = std::collections::BTreeMap::new();
+        for (visit, cell) in cells.iter().enumerate() {
+            by_cell.entry(*cell).or_default().push(visit);
         }
-        grid
+        Self(by_cell, cells)
     }
 
-    /// Those that are near in some run, and some more, ascending.
+    /// Those that are near, and some more, ascending.
     fn near(&self, visit: usize) -> Vec<usize> {
+        let [x, y, z] = self.1[visit];
         let mut near = Vec::new();
-        for &[run, x, y, z] in &self.cells[visit] {
-            for beside_x in x - 1..=x + 1 {
-                for beside_y in y - 1..=y + 1 {
-                    let column = [run, beside_x, beside_y, z - 1]..=[run, beside_x, beside_y, z + 1];
-                    near.extend(self.by_cell.range(column).flat_map(|(_, visits)| visits));
-                }
+        for beside_x in x - 1..=x + 1 {
+            for beside_y in y - 1..=y + 1 {
+                let column = [beside_x, beside_y, z - 1]..=[beside_x, beside_y, z + 1];
+                near.extend(self.0.range(column).flat_map(|(_, visits)| visits));
             }
         }
         near.sort_unstable();
-        near.dedup();
         near
     }
 }

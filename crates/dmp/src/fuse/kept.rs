@@ -24,8 +24,8 @@ impl<'a> Evaluation<'a, Option<Store>> {
             };
             runs.push(run.with_map(RunMap { store, facts }).0);
         }
-        let Fused { counts, left_out, scratch_bytes, .. } = fused;
-        self.fused = FuseTotals { counts, left_out, scratch_bytes };
+        let Fused { counts, scratch_bytes, .. } = fused;
+        self.fused = FuseTotals { counts, scratch_bytes };
         Ok(self.with_runs(runs))
     }
 }
@@ -62,10 +62,10 @@ impl Evaluation<'_, RunMap> {
             let path: Option<PathBuf> = path(&run.map);
             FusedMap { path, facts: run.map.facts.clone() }
         };
-        let FuseTotals { counts, left_out, scratch_bytes } = self.fused;
+        let FuseTotals { counts, scratch_bytes } = self.fused;
         let maps = self.runs.iter().map(kept).collect();
         let round = if self.has_trails_out() { Round::WithoutTrails } else { Round::First };
-        let maps = KeptMaps { round, fused: Fused { counts, left_out, scratch_bytes, maps } };
+        let maps = KeptMaps { round, fused: Fused { counts, scratch_bytes, maps } };
         if self.work.due() {
             maps.keep(&self.work)?;
         }

@@ -16,7 +16,7 @@ use crate::peak;
 use crate::run_map::RunMap;
 use crate::run_state::RunState;
 use crate::trails::Trails;
-use crate::work::{Fused, Fusing, MapFacts, Round};
+use crate::work::{Fused, Fusing, MapFacts, Round, TrailFacts};
 
 impl<'a> Evaluation<'a, Option<Store>> {
     /// Makes the map of every run. Resumes from an earlier process's checkpoint.
@@ -43,9 +43,15 @@ impl<'a> Evaluation<'a, Option<Store>> {
         if making.runs.iter().any(|run| matches!(run.map, Making::Scans(_))) {
             let (counts, left_out) =
                 FusePass { evaluation: &making, trails, round, frames: None }.run(&before)?;
-            (making.fused.counts, making.fused.left_out) = (Some(counts), left_out);
+            making.fused.counts = Some(counts);
+            before.left_out = left_out;
         }
-        work.install(|| making.finish(round))
+        let mut maps = work.install(|| making.finish(round))?;
+        let found = trails.iter().flat_map(|trails| &trails.of_runs).zip(before.left_out);
+        for (run, (found, left_out)) in maps.runs.iter_mut().zip(found) {
+            run.map.facts.trails = Some(TrailFacts { left_out, ..found.facts });
+        }
+        Ok(maps)
     }
 
     /// Begins the maps, or resumes from the states that an earlier process fused. Given maps, a store or a
@@ -154,7 +160,7 @@ impl<'a> Evaluation<'a, Making<RunMap>> {
                 Making::Scans(fuser) => {
                     self.fused.scratch_bytes += fuser.scratch_bytes();
                     let (path, life) = self.map_file(round, &run);
-                    let origin = origin(&run, self.provenance(run.name()));
+                    let origin = origin(&run, self.provenance(&run));
                     let finished = finish(fuser, &path, &origin, life, self.progress);
                     let (store, thin_voxels) = finished.map_err(EvaluateError::map_of(run.name()))?;
                     let facts =
@@ -169,15 +175,16 @@ impl<'a> Evaluation<'a, Making<RunMap>> {
         Ok(self.with_runs(runs))
     }
 
-    fn provenance(&self, run: &str) -> String {
+    fn provenance(&self, run: &RunState<'_, ()>) -> String {
         let summary = self.log.summary();
         format!(
-            "dmp {}; log {} ({}); run {run}; {} scans, {} segments",
+            "dmp {}; log {} ({}); run {}; {} scans, {} segments",
             env!("CARGO_PKG_VERSION"),
             shown_path(&summary.path),
             summary.fingerprint,
-            self.plan.frames().len(),
-            self.plan.segments.starts.len()
+            run.name(),
+            (0..self.plan.frames().len()).filter(|&ordinal| run.path.has(ordinal)).count(),
+            run.path.segments.starts.len()
         )
     }
 }
@@ -203,9 +210,6 @@ impl Evaluation<'_, RunMap> {
             }
         }
         maps.fused.scratch_bytes += before.scratch_bytes + trails.scratch_bytes;
-        for (run, found) in maps.runs.iter_mut().zip(&trails.of_runs) {
-            run.map.facts.trails = Some(found.facts);
-        }
         Ok(maps)
     }
 }

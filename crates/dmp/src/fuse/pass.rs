@@ -2,14 +2,14 @@
 
 use dmp_map::{FuseBuffers, MapFuser};
 use dmp_reduce::FrameSet;
-use dmp_sensor::{Ray, ReturnCounts, Scan};
+use dmp_sensor::{ReturnCounts, Scan};
 
 use crate::error::EvaluateError;
 use crate::evaluation::Evaluation;
 use crate::frames::{Jobs, Pauses, PlannedFrame, Worker, each_frame_in_parts, jobs_of};
 use crate::poser::Poser;
 use crate::progress::Stage;
-use crate::run_state::{RunState, poses_of};
+use crate::run_state::{RunState, posed};
 use crate::trails::{TrailBuffers, Trails};
 use crate::work::{Fusing, Round};
 
@@ -40,16 +40,18 @@ pub(super) struct FusePass<'p, G> {
 }
 
 impl<G: Sync> FusePass<'_, G> {
-    /// Resumes from `before`. Returns the return counts and the number of returns excluded from every map.
-    pub(super) fn run(&self, before: &Fusing) -> Result<(ReturnCounts, u64), EvaluateError> {
+    /// Resumes from `before`. Returns the return counts and the number of returns excluded from each map.
+    pub(super) fn run(&self, before: &Fusing) -> Result<(ReturnCounts, Vec<u64>), EvaluateError> {
         let Evaluation { log, means, work, progress, plan, runs, .. } = self.evaluation;
-        progress.begin(Stage::Fuse, self.frames.map_or(plan.returns(), |frames| plan.returns_of(frames)));
+        let returns = self.frames.map_or(self.evaluation.returns(), |frames| plan.returns_of(frames));
+        progress.begin(Stage::Fuse, returns);
         progress.advance(before.counts.total());
         let state = |workers: &[FuseWorker<'_, G>]| {
-            let (mut counts, mut left_out) = (before.counts, before.left_out);
+            let (mut counts, mut left_out) = (before.counts, before.left_out.clone());
+            left_out.resize(runs.len(), 0);
             for worker in workers {
                 counts.merge(&worker.counts);
-                left_out += worker.left_out;
+                left_out.iter_mut().zip(&worker.left_out).for_each(|(all, more)| *all += more);
             }
             (counts, left_out)
         };
@@ -70,7 +72,9 @@ impl<G: Sync> FusePass<'_, G> {
             ahead: &|_| (),
         };
         let reading = plan.reading(*log, means, *progress);
-        let is_wanted = |ordinal| self.frames.is_none_or(|frames| frames.contains(ordinal));
+        let is_wanted = |ordinal| {
+            self.evaluation.uses(ordinal) && self.frames.is_none_or(|frames| frames.contains(ordinal))
+        };
         let jobs = jobs_of(reading, |ordinal| is_wanted(ordinal) && !pauses.done.contains(ordinal));
         let jobs = Jobs { first: 0, jobs };
         let (workers, done) = each_frame_in_parts(reading, jobs, workers, pauses)?;
@@ -81,15 +85,14 @@ impl<G: Sync> FusePass<'_, G> {
     }
 }
 
-/// Work of a thread on a scan: adds its returns to every map.
+/// Work of a thread on a scan: adds its returns to the map of every run that has a pose for them.
 struct FuseWorker<'p, G> {
     poser: Poser<'p>,
     evaluation: &'p Evaluation<'p, Making<G>>,
     trails: Option<&'p Trails>,
-    /// For each current return, whether it is excluded from the maps. Empty if none is.
-    on_trail: Vec<bool>,
     trail_buffers: TrailBuffers,
-    left_out: u64,
+    /// For each run, returns on its trails.
+    left_out: Vec<u64>,
     buffers: FuseBuffers,
     points: Vec<[f64; 3]>,
     counts: ReturnCounts,
@@ -99,12 +102,11 @@ impl<'p, G> FuseWorker<'p, G> {
     fn new(pass: &FusePass<'p, G>) -> Self {
         let evaluation = pass.evaluation;
         Self {
-            poser: Poser::new(poses_of(&evaluation.runs), &evaluation.plan.filter),
+            poser: Poser::new(posed(&evaluation.runs), &evaluation.plan.filter),
             evaluation,
             trails: pass.trails,
-            on_trail: Vec::new(),
             trail_buffers: TrailBuffers::default(),
-            left_out: 0,
+            left_out: vec![0; evaluation.runs.len()],
             buffers: FuseBuffers::default(),
             points: Vec::new(),
             counts: ReturnCounts::default(),
@@ -113,23 +115,20 @@ impl<'p, G> FuseWorker<'p, G> {
 }
 
 impl<G: Sync> Worker for FuseWorker<'_, G> {
-    fn frame(&mut self, _: usize, frame: &PlannedFrame, scan: &Scan) -> Result<(), EvaluateError> {
-        let Self { poser, evaluation, buffers, points, trails, on_trail, trail_buffers, left_out, .. } = self;
-        let counts = poser.blocks(frame, scan, |block| {
-            match trails {
-                Some(trails) => trails.mark(&block, on_trail, trail_buffers)?,
-                None => on_trail.clear(),
-            }
-            *left_out += on_trail.iter().filter(|&&on_trail| on_trail).count() as u64;
+    fn frame(&mut self, ordinal: usize, frame: &PlannedFrame, scan: &Scan) -> Result<(), EvaluateError> {
+        let Self { poser, evaluation, buffers, points, trails, trail_buffers, left_out, .. } = self;
+        let counts = poser.blocks((ordinal, frame), scan, |block| {
             for (number, run) in evaluation.runs.iter().enumerate() {
-                if let Some(fuser) = run.map.fuser() {
-                    let fused = |&(k, _): &(usize, &Ray)| !on_trail.get(k).copied().unwrap_or(false);
-                    points.clear();
-                    let rays = block.rays(number).iter().enumerate().filter(fused);
-                    points.extend(rays.map(|(_, ray)| ray.endpoint_in_world()));
-                    let added = fuser.add(points, Some(frame.segment), buffers);
-                    added.map_err(EvaluateError::map_of(run.name()))?;
+                let (Some(fuser), Some(segment)) = (run.map.fuser(), run.path.segment(ordinal)) else {
+                    continue;
+                };
+                points.clear();
+                points.extend(block.posed(number).map(|(_, ray)| ray.endpoint_in_world()));
+                if let Some(trails) = trails {
+                    left_out[number] += trails.take_out(number, points, trail_buffers)?;
                 }
+                let added = fuser.add(points, Some(segment), buffers);
+                added.map_err(EvaluateError::map_of(run.name()))?;
             }
             Ok::<(), EvaluateError>(())
         })?;

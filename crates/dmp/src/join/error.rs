@@ -18,18 +18,9 @@ pub enum MadeWith {
     /// The scans.
     #[error("frames")]
     Frames,
-    /// The segments.
-    #[error("segments")]
-    Segments,
     /// The returns on the vehicle itself.
     #[error("vehicle")]
     Vehicle,
-    /// The scored returns.
-    #[error("returns")]
-    Returns,
-    /// The returns in the maps.
-    #[error("returns in the maps")]
-    MapReturns,
 }
 
 /// Why reports cannot be joined.

@@ -21,30 +21,136 @@ pub(super) struct Kept<'a> {
     pub(super) columns: Vec<Option<usize>>,
 }
 
-/// A scan in parts, each with the returns of every compared run.
+/// A scan with the returns of every compared run; none of a run without a pose for it.
 #[derive(Debug, Default)]
 pub(super) struct KeptScan {
     ordinal: u64,
     scan: u64,
     mark: u64,
-    returns: u64,
-    parts: Vec<Vec<Vec<[u8; KeptReturn::BYTES]>>>,
+    returns: usize,
+    columns: Vec<Vec<[u8; KeptReturn::BYTES]>>,
 }
 
-/// Reads all results in step.
-pub(super) struct Rows<'a> {
-    results: Vec<Kept<'a>>,
-    columns: usize,
+/// Reads the scans of one result.
+struct Scans<'a> {
+    kept: Kept<'a>,
     part: KeptPart,
-    /// The first part of the next scan, already read.
+    /// The next scan, and the first row of the one behind it.
+    next: Option<KeptScan>,
     ahead: Option<KeptScan>,
+    /// How many scans and returns were read.
+    read: [u64; 2],
+}
+
+impl<'a> Scans<'a> {
+    fn new(kept: Kept<'a>) -> Self {
+        Self { kept, part: KeptPart::default(), next: None, ahead: None, read: [0; 2] }
+    }
+
+    fn problem(&self, problem: String) -> JoinError {
+        JoinError::Returns { report: self.kept.file.to_owned(), problem }
+    }
+
+    /// Reads the next scan, unless it was read before. At the end the totals must be those of the result.
+    fn fill(&mut self) -> Result<(), JoinError> {
+        if self.next.is_some() {
+            return Ok(());
+        }
+        let first = match self.ahead.take() {
+            Some(scan) => Some(scan),
+            None => self.next_row(None)?,
+        };
+        let Some(mut scan) = first else { return self.check_totals(true) };
+        while let Some(row) = self.next_row(Some(&scan))? {
+            if row.ordinal != scan.ordinal {
+                self.ahead = Some(row);
+                break;
+            }
+            scan.returns += row.returns;
+            scan.columns.iter_mut().zip(row.columns).for_each(|(all, more)| all.extend(more));
+            self.check_returns(self.read[1] + scan.returns as u64)?;
+        }
+        self.read = [self.read[0] + 1, self.read[1] + scan.returns as u64];
+        self.next = Some(scan);
+        self.check_totals(false)
+    }
+
+    /// A row of returns of all runs; `scan` is the scan it may continue.
+    fn next_row(&mut self, scan: Option<&KeptScan>) -> Result<Option<KeptScan>, JoinError> {
+        let mut row: Option<KeptScan> = None;
+        for run in 0..self.kept.columns.len() {
+            match self.kept.reader.next_part(&mut self.part)? {
+                None if run > 0 => return Err(self.problem("it ends within a scan".to_owned())),
+                None => return Ok(None),
+                Some(other) if other != run => {
+                    return Err(self.problem("runs are not in order".to_owned()));
+                }
+                Some(_) => {}
+            }
+            let KeptPart { ordinal, scan: number, mark, first, returns } = &mut self.part;
+            let begun = scan.filter(|scan| scan.ordinal == *ordinal).map_or(0, |scan| scan.returns as u64);
+            if *first != begun {
+                let problem = format!("scan {number} continues with return {first} after {begun} returns");
+                return Err(self.problem(problem));
+            }
+            let row = row.get_or_insert_with(|| KeptScan {
+                ordinal: *ordinal,
+                scan: *number,
+                mark: *mark,
+                returns: returns.len(),
+                columns: Vec::new(),
+            });
+            if (row.ordinal, row.scan, row.mark, row.returns) != (*ordinal, *number, *mark, returns.len()) {
+                let problem = format!("its runs have other returns of scan {number}");
+                return Err(self.problem(problem));
+            }
+            row.columns.push(std::mem::take(returns));
+        }
+        Ok(row)
+    }
+
+    /// Rejects a file with more returns than its result states, before they are loaded into memory.
+    fn check_returns(&self, returns: u64) -> Result<(), JoinError> {
+        if returns > self.kept.report.inputs.returns_used { self.other_totals(returns) } else { Ok(()) }
+    }
+
+    fn other_totals(&self, returns: u64) -> Result<(), JoinError> {
+        let report = self.kept.report;
+        Err(self.problem(format!(
+            "holds {} returns of {} scans, its result has {} of {}",
+            thousands(returns),
+            thousands(self.read[0]),
+            thousands(report.inputs.returns_used),
+            thousands(report.sampling.frames_scored)
+        )))
+    }
+
+    /// Rejects a file whose returns differ from those its result states; at the `end` also if there are fewer.
+    fn check_totals(&self, end: bool) -> Result<(), JoinError> {
+        let Kept { report, reader, .. } = &self.kept;
+        let [scans, returns] = self.read;
+        self.check_returns(returns)?;
+        // Scans without returns are only in the result.
+        if scans > report.sampling.frames_scored || end && returns != report.inputs.returns_used {
+            return self.other_totals(returns);
+        }
+        if end && !reader.runs().iter().eq(report.runs.iter().map(|run| &run.name)) {
+            return Err(self.problem(format!("holds returns of {}", reader.runs().join(", "))));
+        }
+        Ok(())
+    }
+}
+
+/// Reads all results in step. A result lacks the scans that none of its runs has a pose for.
+pub(super) struct Rows<'a> {
+    results: Vec<Scans<'a>>,
+    columns: usize,
     pub(super) scans: u64,
-    pub(super) returns: u64,
 }
 
 impl<'a> Rows<'a> {
     pub(super) fn new(results: Vec<Kept<'a>>, columns: usize) -> Self {
-        Self { results, columns, part: KeptPart::default(), ahead: None, scans: 0, returns: 0 }
+        Self { results: results.into_iter().map(Scans::new).collect(), columns, scans: 0 }
     }
 
     /// The next batch of scans, some megabytes; empty at the end.
@@ -57,130 +163,46 @@ impl<'a> Rows<'a> {
         while returns < BATCH_RETURNS {
             let Some(scan) = self.next_scan()? else { break };
             self.scans += 1;
-            self.returns += scan.returns;
-            returns += scan.returns as usize * self.columns.max(1) + OF_SCAN;
+            returns += scan.returns * self.columns.max(1) + OF_SCAN;
             batch.push(scan);
         }
-        self.check_totals(batch.is_empty())?;
         Ok(batch)
     }
 
-    /// A scan with all its parts.
+    /// The next scan of any result, with the returns of all.
     fn next_scan(&mut self) -> Result<Option<KeptScan>, JoinError> {
-        let first = match self.ahead.take() {
-            Some(scan) => Some(scan),
-            None => self.next_row(None)?,
-        };
-        let Some(mut scan) = first else { return Ok(None) };
-        while let Some(row) = self.next_row(Some(&scan))? {
-            if row.ordinal != scan.ordinal {
-                self.ahead = Some(row);
-                break;
+        self.results.iter_mut().try_for_each(Scans::fill)?;
+        let ordinals = self.results.iter().filter_map(|result| Some(result.next.as_ref()?.ordinal));
+        let Some(ordinal) = ordinals.min() else { return Ok(None) };
+        let mut all: Option<KeptScan> = None;
+        for result in &mut self.results {
+            let Some(scan) = result.next.take_if(|scan| scan.ordinal == ordinal) else { continue };
+            let KeptScan { scan: number, mark, returns, columns, .. } = scan;
+            let all = all.get_or_insert_with(|| KeptScan {
+                ordinal,
+                scan: number,
+                mark,
+                returns,
+                columns: vec![Vec::new(); self.columns],
+            });
+            if (all.scan, all.returns) != (number, returns) {
+                let named = |scan, returns: usize| {
+                    format!("{} returns of scan {scan}, the {}. of all,", thousands(returns), ordinal + 1)
+                };
+                let (here, there) = (named(number, returns), named(all.scan, all.returns));
+                return Err(result.problem(format!("holds {here} where others hold {there}")));
             }
-            scan.returns += row.returns;
-            scan.parts.extend(row.parts);
-            self.check_returns(self.returns + scan.returns)?;
-        }
-        Ok(Some(scan))
-    }
-
-    /// One part of a scan, of all runs of all results; `scan` is the scan it may continue.
-    fn next_row(&mut self, scan: Option<&KeptScan>) -> Result<Option<KeptScan>, JoinError> {
-        let mut row: Option<KeptScan> = None;
-        let mut ended = None;
-        let Self { results, columns, part, .. } = self;
-        for (k, result) in results.iter_mut().enumerate() {
-            for (run, column) in result.columns.iter().enumerate() {
-                let of_run = result.reader.next_part(part)?;
-                let problem = |problem| Err(JoinError::Returns { report: result.file.to_owned(), problem });
-                match of_run {
-                    None if run > 0 => return problem("it ends within a scan".to_owned()),
-                    None => {
-                        ended = Some(k);
-                        break;
-                    }
-                    Some(other) if other != run => return problem("runs are not in order".to_owned()),
-                    Some(_) => {}
-                }
-                let returns = part.returns.len() as u64;
-                let begun = scan.filter(|scan| scan.ordinal == part.ordinal).map_or(0, |scan| scan.returns);
-                if part.first != begun {
-                    let (scan, first) = (part.scan, part.first);
-                    return problem(format!(
-                        "scan {scan} continues with return {first} after {begun} returns"
-                    ));
-                }
-                let row = row.get_or_insert_with(|| KeptScan {
-                    ordinal: part.ordinal,
-                    scan: part.scan,
-                    mark: part.mark,
-                    returns,
-                    parts: vec![vec![Vec::new(); *columns]],
-                });
-                let (here, there) =
-                    ((part.ordinal, part.scan, returns), (row.ordinal, row.scan, row.returns));
-                if here != there {
-                    let named = |(place, scan, returns)| {
-                        format!("{} returns of scan {scan}, the {}. of all,", thousands(returns), place + 1)
-                    };
-                    let (here, there) = (named(here), named(there));
-                    return problem(format!("holds {here} where others hold {there} from return {begun} on"));
-                }
-                if part.mark != row.mark {
-                    return problem(format!(
-                        "its returns of scan {} differ from the other results",
-                        part.scan
-                    ));
-                }
-                if let Some(column) = column {
-                    row.parts[0][*column] = std::mem::take(&mut part.returns);
+            if all.mark != mark {
+                let problem = format!("its returns of scan {number} differ from the other results");
+                return Err(result.problem(problem));
+            }
+            for (column, returns) in result.kept.columns.iter().zip(columns) {
+                if let Some(column) = *column {
+                    all.columns[column] = returns;
                 }
             }
         }
-        match (ended, row) {
-            (Some(short), Some(scan)) => Err(JoinError::Returns {
-                report: results[short].file.to_owned(),
-                problem: format!("ends before scan {}, which others hold", scan.scan),
-            }),
-            (_, row) => Ok(row),
-        }
-    }
-
-    /// Rejects files with more returns than their results state, before they are loaded into memory.
-    fn check_returns(&self, returns: u64) -> Result<(), JoinError> {
-        let short = self.results.iter().find(|kept| returns > kept.report.inputs.returns_used);
-        short.map_or(Ok(()), |kept| self.other_totals(kept, returns))
-    }
-
-    fn other_totals(&self, kept: &Kept<'_>, returns: u64) -> Result<(), JoinError> {
-        let Kept { file, report, .. } = kept;
-        let problem = format!(
-            "holds {} returns of {} scans, its result has {} of {}",
-            thousands(returns),
-            thousands(self.scans),
-            thousands(report.inputs.returns_used),
-            thousands(report.sampling.frames_scored)
-        );
-        Err(JoinError::Returns { report: (*file).to_owned(), problem })
-    }
-
-    /// Rejects files whose returns differ from those their results state; at the `end` also if there are
-    /// fewer.
-    fn check_totals(&self, end: bool) -> Result<(), JoinError> {
-        self.check_returns(self.returns)?;
-        for kept in &self.results {
-            let Kept { file, report, reader, .. } = kept;
-            let problem = |problem| Err(JoinError::Returns { report: (*file).to_owned(), problem });
-            // Scans without returns are only in the result.
-            if self.scans > report.sampling.frames_scored || end && self.returns != report.inputs.returns_used
-            {
-                return self.other_totals(kept, self.returns);
-            }
-            if end && !reader.runs().iter().eq(report.runs.iter().map(|run| &run.name)) {
-                return problem(format!("holds returns of {}", reader.runs().join(", ")));
-            }
-        }
-        Ok(())
+        Ok(all)
     }
 }
 
@@ -207,16 +229,14 @@ impl Summed {
         let Self { frame, of_return, reducer, bases } = self;
         let scales = frame.scales();
         frame.clear();
-        for columns in &scan.parts {
-            let returns = columns.first().map_or(0, Vec::len);
-            for index in 0..returns {
-                of_return.clear();
-                let of_run = |(column, basis): (&Vec<[u8; KeptReturn::BYTES]>, &Basis)| {
-                    KeptReturn::from_bytes(column[index]).residuals(*basis, scales)
-                };
-                of_return.extend(columns.iter().zip(&*bases).map(of_run));
-                frame.add_return(&*of_return);
-            }
+        for index in 0..scan.returns {
+            of_return.clear();
+            let of_run = |(column, basis): (&Vec<[u8; KeptReturn::BYTES]>, &Basis)| {
+                let kept = column.get(index).copied().map_or(KeptReturn::default(), KeptReturn::from_bytes);
+                kept.residuals(*basis, scales)
+            };
+            of_return.extend(scan.columns.iter().zip(&*bases).map(of_run));
+            frame.add_return(&*of_return);
         }
         reducer.add_frame(scan.ordinal, frame)
     }
@@ -230,6 +250,6 @@ impl KeptScan {
 
     /// Its number of returns.
     pub(super) fn returns(&self) -> u64 {
-        self.returns
+        self.returns as u64
     }
 }

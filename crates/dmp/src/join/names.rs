@@ -74,7 +74,6 @@ impl Names {
         report.runs.iter_mut().for_each(|run| rename(&mut run.name));
         report.inputs.runs.iter_mut().for_each(|run| rename(&mut run.name));
         report.order.iter_mut().chain(report.ties.iter_mut().flatten()).for_each(rename);
-        report.free_space.iter_mut().flat_map(|free_space| &mut free_space.votes).for_each(rename);
         if let Some(drift) = &mut report.drift {
             drift.runs.iter_mut().for_each(|run| rename(&mut run.name));
             for pair in &mut drift.comparisons {

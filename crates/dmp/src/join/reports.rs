@@ -22,7 +22,7 @@ pub struct JoinedReport {
     pub not_compared: Vec<[String; 2]>,
 }
 
-/// Joins reports of the same log, version, frames, segments, returns and settings. A run that several reports
+/// Joins reports of the same log, version, frames and settings. A run that several reports
 /// have with the same name and scores is one run. Runs with only the name in common get the report's name as
 /// prefix: `report/run`.
 ///
@@ -80,18 +80,13 @@ fn add(joined: &mut Report, other: Report) {
     {
         known.extend(more.into_iter().filter(|line| !known.contains(line)).collect::<Vec<_>>());
     }
-    joined.drift = joined.drift.take().zip(other.drift).and_then(|(here, other)| drift_of(here, other));
+    joined.drift = joined.drift.take().zip(other.drift).map(|(here, other)| drift_of(here, other));
     joined.timing = added(joined.timing, other.timing);
     joined.memory = most(joined.memory, other.memory);
 }
 
-/// The drift of all runs, if both reports measured the same pairs of visits; others cannot share a table.
-fn drift_of(mut here: DriftReport, other: DriftReport) -> Option<DriftReport> {
-    let pairs = |drift: &DriftReport| (drift.pairs_found, drift.pairs_measured, drift.segments);
-    if pairs(&here) != pairs(&other) {
-        return None;
-    }
-    here.visits.clear();
+/// The drift of the runs of both reports.
+fn drift_of(mut here: DriftReport, other: DriftReport) -> DriftReport {
     for run in other.runs {
         if here.runs.iter().all(|known| known.name != run.name) {
             here.runs.push(run);
@@ -102,7 +97,7 @@ fn drift_of(mut here: DriftReport, other: DriftReport) -> Option<DriftReport> {
             here.comparisons.push(pair);
         }
     }
-    Some(here)
+    here
 }
 
 /// The sum of both.

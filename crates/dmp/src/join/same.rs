@@ -10,7 +10,7 @@ use crate::report::Report;
 type Fact = (MadeWith, &'static str, fn(&Report) -> String);
 
 /// In order: causes before the settings that follow from them.
-const FACTS: [Fact; 37] = [
+const FACTS: [Fact; 32] = [
     (MadeWith::Version, "dmp_version", |report| report.dmp_version.clone()),
     (MadeWith::Log, "inputs.fingerprint", |report| report.inputs.fingerprint.clone()),
     (MadeWith::Log, "inputs.bytes", |report| report.inputs.bytes.to_string()),
@@ -21,7 +21,6 @@ const FACTS: [Fact; 37] = [
     (MadeWith::Log, "inputs.point_times", |report| or_null(report.inputs.point_times.as_ref())),
     (MadeWith::Settings, "config.time_offset_s", |report| report.config.time_offset_s.to_string()),
     (MadeWith::Frames, "config.every", |report| report.config.every.to_string()),
-    (MadeWith::Frames, "inputs.scans_used", |report| report.inputs.scans_used.to_string()),
     (MadeWith::Frames, "sampling.frames_total", |report| report.sampling.frames_total.to_string()),
     (MadeWith::Frames, "sampling.frames_scored", |report| report.sampling.frames_scored.to_string()),
     (MadeWith::Frames, "sampling.seed", |report| or_null(report.sampling.seed)),
@@ -42,13 +41,7 @@ const FACTS: [Fact; 37] = [
     (MadeWith::Settings, "config.sigma_m", |report| or_null(report.config.sigma_m)),
     (MadeWith::Settings, "config.depth_noise", |report| format!("{:?}", report.config.depth_noise)),
     (MadeWith::Settings, "config.free_space", |report| report.config.free_space.to_string()),
-    (MadeWith::MapReturns, "free_space", |report| format!("{:?}", report.free_space)),
-    (MadeWith::Segments, "config.segments.length_m", |report| or_null(report.config.segments.length_m)),
-    (MadeWith::Segments, "config.segments.length_s", |report| or_null(report.config.segments.length_s)),
-    (MadeWith::Segments, "config.segments.length_scans", |report| {
-        or_null(report.config.segments.length_scans)
-    }),
-    (MadeWith::Segments, "config.segments.count", |report| report.config.segments.count.to_string()),
+    (MadeWith::Settings, "config.segment", |report| format!("{:?}", report.config.segment)),
     (MadeWith::Vehicle, "config.ego_cells", |report| report.config.ego.cells.to_string()),
 ];
 
@@ -69,38 +62,7 @@ pub(super) fn check(a: &NamedReport, b: &NamedReport) -> Result<(), JoinError> {
             return different(what, field.to_owned(), of_a, of_b);
         }
     }
-    let [(scans_a, stamps_a), (scans_b, stamps_b)] = [&a.report, &b.report]
-        .map(|report| (&report.config.segments.starts_scan, &report.config.segments.starts_ns));
-    if let Some((k, of_a, of_b)) = first_difference(scans_a, scans_b) {
-        return different(MadeWith::Segments, format!("config.segments.starts_scan[{k}]"), of_a, of_b);
-    }
-    if let Some((k, of_a, of_b)) = first_difference(stamps_a, stamps_b) {
-        return different(MadeWith::Segments, format!("config.segments.starts_ns[{k}]"), of_a, of_b);
-    }
-    let [dropped_a, dropped_b] = [&a.report, &b.report].map(|report| &report.inputs.dropped.0);
-    for (reason, of_a) in dropped_a {
-        let of_b = dropped_b.get(reason).copied().unwrap_or(0);
-        if *of_a != of_b {
-            let field = format!("inputs.dropped.{reason}");
-            return different(MadeWith::Returns, field, of_a.to_string(), of_b.to_string());
-        }
-    }
-    let [used_a, used_b] = [&a.report, &b.report].map(|report| report.inputs.returns_used);
-    if used_a != used_b {
-        return different(
-            MadeWith::Returns,
-            "inputs.returns_used".to_owned(),
-            used_a.to_string(),
-            used_b.to_string(),
-        );
-    }
     Ok(())
-}
-
-/// The first index at which two lists differ, with both values.
-fn first_difference<T: PartialEq + Display>(a: &[T], b: &[T]) -> Option<(usize, String, String)> {
-    let k = (0..a.len().max(b.len())).find(|&k| a.get(k) != b.get(k))?;
-    Some((k, or_null(a.get(k)), or_null(b.get(k))))
 }
 
 fn or_null(value: Option<impl Display>) -> String {

@@ -34,7 +34,7 @@ impl Places {
         let places = way.places();
         let (outline, drive) = (drive_scans.outline(), drive_scans.drive());
         if places.len() < FEWEST_PLACES {
-            let travel_m = drive.segments.travel_m;
+            let travel_m = drive.travel_m();
             return Err(EvaluateError::NoPlaces { travel_m, places: places.len() });
         }
         let mut scans: Vec<PlaceScans> = places.iter().map(|place| way.scans_of(place)).collect();
@@ -50,7 +50,7 @@ impl Places {
             total: places.len(),
             bytes: read + drawn_bytes,
             revisited_total: revisited.iter().filter(|&&revisited| revisited).count(),
-            middles: places.iter().map(|place| drive.frames()[place.centre].number).collect(),
+            middles: places.iter().map(|place| drive.frames[place.centre].number).collect(),
             drawn: numbers
                 .into_iter()
                 .map(|number| {

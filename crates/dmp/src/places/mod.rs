@@ -2,6 +2,7 @@
 
 mod choice;
 mod draw;
+mod drive;
 mod pass;
 mod scans;
 mod score;
@@ -23,7 +24,7 @@ use crate::heads::Heads;
 use crate::own_frame;
 use crate::pairing::Pairing;
 use crate::peak;
-use crate::plan::Drive;
+use crate::plan::Selection;
 use crate::report::{Findings, MapSummary, PassTimes, Report, drops_in_words};
 use crate::run_state::RunState;
 use crate::sample::{Looks, Sample};
@@ -33,6 +34,7 @@ use crate::watch::Watch;
 use crate::work::{MapFacts, pool};
 use choice::Places;
 pub use draw::drawn_places;
+use drive::Drive;
 use pass::Pass;
 use scans::DriveScans;
 use way::Way;
@@ -64,23 +66,30 @@ pub fn evaluate_quick<'a>(
     let start = Instant::now();
     let read_before = outline.bytes_read();
     let heads = Heads::Outline(outline);
-    let (drive, placed) = placed(outline, runs, &settings)?;
+    let (selection, drive, placed) = placed(outline, runs, &settings)?;
     let scans = DriveScans::new(outline, &drive, &placed);
     let way = Way::new(&scans);
     let sample = Places::choose(&scans, &way, settings.seed, share)?;
 
-    // The same returns z, voxels and segments for every run and every place.
+    // The same returns z and voxels for every run and every place.
     let (all, drawn) = (sample.total as u64, sample.drawn.len() as u64);
     let looks = Looks::new(all, Sample::Frames(drawn), settings.seed, false);
     let pool = pool(means.threads)?;
-    let surveyed = survey::look(&scans, &way, &sample.drawn, looks, &settings, &pool, watch.progress)?;
+    let (plan, largest_scan) = survey::look(&scans, selection, looks, &settings, (&pool, watch.progress))?;
     drop(pool);
     let plan_s = start.elapsed().as_secs_f64();
 
     // Every place is scored like a separate log: its own map and sums. Places are the units of the sampling
     // error.
-    let pass =
-        Pass { scans: &scans, surveyed: &surveyed, asked: runs, settings: &settings, means: &means, watch };
+    let pass = Pass {
+        scans: &scans,
+        plan: &plan,
+        largest_scan,
+        asked: runs,
+        settings: &settings,
+        means: &means,
+        watch,
+    };
     let (reducer, totals, threads) = pass.run(&sample.drawn, all)?;
     let mut counts = totals.scored;
     counts.add_dropped(DropReason::ScanNotSampled, totals.fused.total().saturating_sub(counts.total()));
@@ -102,7 +111,7 @@ pub fn evaluate_quick<'a>(
     };
     let since = outline.bytes_read().zip(read_before).map(|(now, before)| now - before);
     let bytes_read = since.zip(outline.own_bytes_read()).map(|(since, own)| since + own);
-    let fused = FuseTotals { counts: Some(totals.fused), left_out: 0, scratch_bytes: totals.scratch_bytes };
+    let fused = FuseTotals { counts: Some(totals.fused), scratch_bytes: totals.scratch_bytes };
     // A place has its own maps: their tiles come into reach once.
     let tiles_in_reach = totals.maps.iter().map(|map| map.tiles).sum();
     let scored = Scored {
@@ -122,13 +131,13 @@ pub fn evaluate_quick<'a>(
         reducer,
     };
     let summary = |report| MapSummary { report, facts: MapFacts { fused: true, ..MapFacts::default() } };
-    let report_runs = surveyed.runs.iter().zip(totals.maps).map(|(run, report)| run.like(summary(report)));
+    let report_runs = placed.iter().zip(totals.maps).map(|(run, report)| run.like(summary(report)));
     let findings = Findings {
         heads,
         damage: &all_damage(outline, totals.damage),
         settings: &settings,
         means: &means,
-        plan: &surveyed.plan,
+        plan: &plan,
         runs: &report_runs.collect::<Vec<_>>(),
         fused,
         scored: &scored,
@@ -152,13 +161,13 @@ pub fn quick_reads(
 ) -> Result<u64, EvaluateError> {
     let (settings, means) = config.on(outline.summary())?;
     check(runs, &settings, &means, share)?;
-    let (drive, placed) = placed(outline, runs, &settings)?;
+    let (_, drive, placed) = placed(outline, runs, &settings)?;
     let scans = DriveScans::new(outline, &drive, &placed);
     Ok(Places::choose(&scans, &Way::new(&scans), settings.seed, share)?.bytes)
 }
 
-/// A drive, and its runs without maps.
-type Placed<'a> = (Drive, Vec<RunState<'a, Option<Store>>>);
+/// The scans in use, those of them that all runs have, and the runs without maps.
+type Placed<'a> = (Selection, Drive, Vec<RunState<'a, Option<Store>>>);
 
 /// The drive by the log's index, and its runs.
 fn placed<'a>(
@@ -169,14 +178,16 @@ fn placed<'a>(
     check_runs(runs, settings)?;
     let heads = Heads::Outline(outline);
     let stores = runs.iter().map(|_| None).collect();
-    let mut placed = own_frame::place(heads, runs, stores, settings)?;
-    let drive = Drive::new(heads, &mut placed, settings)?;
+    let selection = Selection::new(heads, settings)?;
+    let placed = own_frame::place(heads, &selection.frames, runs, stores, settings)?;
+    let paths: Vec<_> = placed.iter().map(|run| &*run.path).collect();
+    let drive = Drive::new(&selection.frames, &paths);
     let by_stamp = placed.iter().any(|run| run.poses.pairing == Pairing::ByStamp);
     if by_stamp && outline.stamp_error_ns() > VAGUE_NS {
         let (path, error_ns) = (outline.summary().path.clone(), outline.stamp_error_ns());
         return Err(EvaluateError::VagueStamps { path, error_s: error_ns as f64 / 1e9 });
     }
-    Ok((drive, placed))
+    Ok((selection, drive, placed))
 }
 
 /// All damage to the log seen so far, in the order of the places on any number of threads.

@@ -7,12 +7,12 @@ use dmp_reduce::{Basis, Layout, Reducer};
 
 use super::scans::DriveScans;
 use super::score::{PlaceScorer, PlaceTotals};
-use super::survey::Surveyed;
 use super::way::PlaceScans;
 use crate::config::Run;
 use crate::error::EvaluateError;
 use crate::extent::Extent;
 use crate::memory::PlaceNeeds;
+use crate::plan::Plan;
 use crate::progress::Stage;
 use crate::run_poses::RunPoses;
 use crate::settings::{Means, Settings};
@@ -22,7 +22,9 @@ use crate::watch::Watch;
 /// State shared by the threads.
 pub(super) struct Pass<'p> {
     pub(super) scans: &'p DriveScans<'p>,
-    pub(super) surveyed: &'p Surveyed<'p>,
+    pub(super) plan: &'p Plan,
+    /// Returns of the largest scan that was read.
+    pub(super) largest_scan: u64,
     pub(super) asked: &'p [Run],
     pub(super) settings: &'p Settings,
     pub(super) means: &'p Means,
@@ -80,9 +82,9 @@ impl Pass<'_> {
     fn scorer<'s>(&'s self, means: &'s Means, extent: Extent) -> PlaceScorer<'s> {
         PlaceScorer {
             scans: self.scans,
-            plan: &self.surveyed.plan,
+            plan: self.plan,
             asked: self.asked,
-            runs: &self.surveyed.runs,
+            runs: self.scans.runs(),
             settings: self.settings,
             means,
             extent,
@@ -92,9 +94,9 @@ impl Pass<'_> {
 
     /// Resources of a thread that scores one of some places.
     fn needs(&self, places: &[(ScoredPlace, PlaceScans)]) -> Result<PlaceNeeds, EvaluateError> {
-        let largest_scan = self.surveyed.largest_scan;
+        let largest_scan = self.largest_scan;
         let most_scans = places.iter().map(|(_, scans)| scans.read.len()).max().unwrap_or(0);
-        let (frames, runs) = (self.scans.drive().frames(), &self.surveyed.runs);
+        let (frames, runs) = (&self.scans.drive().frames, self.scans.runs());
         let extent_of = |scans: &PlaceScans| {
             let in_run = |run: &RunPoses| {
                 let poses = scans.read.iter().filter_map(|&scan| run.of_frame(&frames[scan]));

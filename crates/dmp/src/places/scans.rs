@@ -5,11 +5,11 @@ use std::collections::{BTreeSet, HashMap};
 use dmp_log::{LogOutline, MemoryLog, OutlinedScan, ScanLog};
 use dmp_map::Store;
 
+use super::drive::Drive;
 use crate::error::EvaluateError;
 use crate::frames::PlannedFrame;
-use crate::plan::Drive;
 use crate::run_poses::RunPoses;
-use crate::run_state::{RunState, poses_of};
+use crate::run_state::RunState;
 use crate::settings::Settings;
 
 /// A drive on a log of which few scans were read. Scans are identified by their ordinals in the drive.
@@ -28,7 +28,7 @@ impl<'a> DriveScans<'a> {
         drive: &'a Drive,
         runs: &'a [RunState<'a, Option<Store>>],
     ) -> Self {
-        let numbers = drive.frames().iter().enumerate().map(|(ordinal, frame)| (frame.number, ordinal));
+        let numbers = drive.frames.iter().enumerate().map(|(ordinal, frame)| (frame.number, ordinal));
         Self { outline, drive, runs, ordinals: numbers.collect() }
     }
 
@@ -47,16 +47,16 @@ impl<'a> DriveScans<'a> {
 
     /// The sensor's poses in each run.
     pub(crate) fn poses(&self) -> impl Iterator<Item = &'a RunPoses> {
-        poses_of(self.runs)
+        self.runs.iter().map(|run| &run.poses)
     }
 
     fn outlined(&self, ordinal: usize) -> &OutlinedScan {
-        &self.outline.scans()[self.drive.frames()[ordinal].number]
+        &self.outline.scans()[self.drive.frames[ordinal].number]
     }
 
     /// For every scan the group it is packed in.
     pub(crate) fn groups(&self) -> Vec<u32> {
-        (0..self.drive.frames().len()).map(|ordinal| self.outlined(ordinal).group).collect()
+        (0..self.drive.frames.len()).map(|ordinal| self.outlined(ordinal).group).collect()
     }
 
     /// Bytes to read for these scans.
@@ -68,13 +68,13 @@ impl<'a> DriveScans<'a> {
 
     /// Loads these scans into memory.
     pub(crate) fn load(&self, ordinals: &[usize]) -> Result<MemoryLog, EvaluateError> {
-        let number = |&ordinal: &usize| self.drive.frames()[ordinal].number;
+        let number = |&ordinal: &usize| self.drive.frames[ordinal].number;
         let mut numbers: Vec<usize> = ordinals.iter().map(number).collect();
         numbers.sort_unstable();
         Ok(self.outline.load(&numbers)?)
     }
 
-    /// Loaded scans as planned frames with their ordinals, at their own stamps and in the drive's segments;
+    /// Loaded scans as planned frames with their ordinals, at their own stamps;
     /// and the number of returns of scans without a pose.
     pub(crate) fn frames_of(
         &self,
@@ -87,8 +87,7 @@ impl<'a> DriveScans<'a> {
             let number = log.number_in_log(frame);
             let Some(&ordinal) = self.ordinals.get(&number) else { continue };
             let stamp_ns = info.stamp_ns.map(|stamp_ns| stamp_ns.saturating_add(settings.time_offset_ns));
-            let segment = self.drive.frames()[ordinal].segment;
-            let planned = PlannedFrame { frame, number, stamp_ns, returns: info.returns, segment };
+            let planned = PlannedFrame { frame, number, stamp_ns, returns: info.returns };
             if self.poses().all(|run| run.of_frame(&planned).is_some() && run.carries(&planned)) {
                 frames.push((ordinal, planned));
             } else {

@@ -122,7 +122,7 @@ impl PlaceScorer<'_> {
             scored.insert(at);
             totals.scans_scored += 1;
         }
-        let frames: Vec<PlannedFrame> = frames.into_iter().map(|(_, frame)| frame).collect();
+        let (ordinals, frames): (Vec<usize>, Vec<PlannedFrame>) = frames.into_iter().unzip();
         totals.scans_read += frames.len() as u64;
         totals.unposed_returns += unposed_returns;
         totals.damage.extend(log.summary().damage.iter().map(|lost| (number, lost.clone())));
@@ -132,7 +132,7 @@ impl PlaceScorer<'_> {
             totals.fused.add_dropped(DropReason::ScanNotSampled, returns);
             return Ok(watch.sums());
         }
-        totals.merge(self.evaluate(&log, frames, &scored, &watch)?);
+        totals.merge(self.evaluate(&log, (&ordinals, frames), &scored, &watch)?);
         Ok(watch.sums())
     }
 
@@ -140,7 +140,7 @@ impl PlaceScorer<'_> {
     fn evaluate(
         &self,
         log: &MemoryLog,
-        frames: Vec<PlannedFrame>,
+        (ordinals, frames): (&[usize], Vec<PlannedFrame>),
         scored: &FrameSet,
         watch: &InPlace<'_>,
     ) -> Result<PlaceTotals, EvaluateError> {
@@ -148,7 +148,11 @@ impl PlaceScorer<'_> {
         let (settings, means) = (self.settings.clone(), self.means.clone());
         let work = Arc::new(Work::open(log, self.asked, &settings, &means, self.extent)?);
         let plan = Plan { selection: Selection { frames, ..Selection::default() }, ..self.plan.clone() };
-        let runs = self.runs.iter().map(|run| run.like(None)).collect();
+        let in_use = &self.scans.drive().in_use;
+        let here = |run: &RunState<'_, Option<Store>>| {
+            run.path.through(ordinals.iter().map(|&ordinal| Some(in_use[ordinal])))
+        };
+        let runs = self.runs.iter().map(|run| run.like(None).with_path(here(run))).collect();
         let task = Task { log, settings, means, work, watch: Watch::from((watch, watch)) };
         let fused = task.planned(plan, runs).fuse()?;
         let fuse_s = start.elapsed().as_secs_f64();

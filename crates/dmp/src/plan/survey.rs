@@ -1,36 +1,41 @@
-//! Decisions from a few scans: the vehicle's own returns and the voxel edge.
+//! Decisions from a few scans, by nothing else: the vehicle's own returns and the voxel edge.
 
 use std::sync::{Mutex, PoisonError};
 
 use dmp_log::ScanLog;
-use dmp_map::{DensityProbe, Lattice, MapError};
-use dmp_sensor::{EgoMask, EgoVotes, Ray, ReturnFilter, Scan};
+use dmp_sensor::{EgoMask, EgoVotes, ReturnFilter, Scan};
 
 use crate::config::FrameOrder;
 use crate::ego::Ego;
 use crate::error::EvaluateError;
 use crate::frames::{PlannedFrame, Reading, Worker, each_frame_of};
 use crate::peak;
-use crate::poser::Poser;
 use crate::progress::{Progress, Stage};
-use crate::run_state::RunState;
 use crate::settings::Settings;
 
-/// Scans that vote on the vehicle, spread evenly over the log.
-const EGO_SCANS: usize = 50;
-/// Number of blocks of successive scans for the density, scans per block, and the largest extent of a block.
-pub(crate) const BLOCKS: usize = 5;
-pub(crate) const BLOCK_SCANS: usize = 20;
-pub(crate) const BLOCK_RETURNS: u64 = 1_000_000;
-/// The share of returns in filled voxels that suffices for a voxel edge.
-const FILLED_SHARE: f64 = 0.7;
+/// Scans that are read, spread evenly over the log.
+pub(crate) const SURVEYED_SCANS: usize = 50;
+/// The share of returns that suffices for a voxel edge: of those with two others of their scan in their voxel.
+/// `docs/accuracy.md` has the shares of some sensors.
+const FILLED_SHARE: f64 = 0.3;
+/// Returns that a voxel needs for a surfel.
+const FILLED: usize = 3;
+/// The vehicle is looked for in cells of this edge, metres, within this distance.
+const NEAR_CELL_M: f32 = 0.1;
+const NEAR_M: f32 = 5.0;
+/// Whether the sensor moved shows in the cells of this edge between these distances, metres: of a sensor that stands, more
+/// than this share of two scans is the same. Scans with fewer cells show nothing.
+const FAR_CELL_M: f32 = 0.5;
+const FAR_M: f32 = 40.0;
+const STANDS: f64 = 0.75;
+const FEWEST_CELLS: usize = 20;
 
 /// The voxel edge and its reason.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct VoxelChoice {
     /// The edge v, metres.
     pub(crate) voxel_m: f64,
-    /// Share of returns in voxels with three or more in the sampled blocks; `None` if the edge was given.
+    /// Share of returns in voxels with three or more of their scan; `None` if the edge was given.
     pub(crate) filled_share: Option<f64>,
 }
 
@@ -45,175 +50,147 @@ pub(crate) struct Survey<'a> {
 }
 
 impl Survey<'_> {
-    /// Which returns are used: the ranges, and the vehicle as given or as some `voters`, scans along the
-    /// whole path, detect it.
-    pub(crate) fn filter(
-        &self,
-        voters: &[PlannedFrame],
-        travel_m: f64,
-    ) -> Result<ReturnFilter, EvaluateError> {
-        let Settings { min_range_m, max_range_m, scales, ego, .. } = *self.settings;
-        let mut filter = ReturnFilter { min_range_m, max_range_m, ego: EgoMask::default() };
-        match ego {
-            Ego::None => {}
-            Ego::BoxMm(min, max) => filter.ego = EgoMask::from_box_mm(min, max),
-            Ego::Auto if scales.lengths().ego_travel_m.is_none_or(|least_m| travel_m < least_m) => {}
-            Ego::Auto => {
-                let chosen = spread(voters.len(), EGO_SCANS);
-                self.progress.begin(Stage::Survey, chosen.len() as u64);
-                let votes = Mutex::new(EgoVotes::default());
-                let voter = || Voter { filter: &filter, votes: &votes, progress: self.progress };
-                self.each_frame(voters, |voter| chosen.binary_search(&voter).is_ok(), voter)?;
-                filter.ego = votes.into_inner().unwrap_or_else(PoisonError::into_inner).mask();
-            }
-        }
-        Ok(filter)
-    }
-
-    /// The given voxel edge, or the smallest at which enough returns of some run share a voxel with two
-    /// others. The best run decides: a poor trajectory scatters returns, but density depends on the sensor
-    /// and the drive. Tries one run and one edge at a time, since each needs memory for a whole block of
-    /// scans.
-    pub(crate) fn voxel<M>(
-        &self,
-        asked_m: Option<f64>,
-        blocks: &[&[PlannedFrame]],
-        runs: &[RunState<'_, M>],
-        filter: &ReturnFilter,
-    ) -> Result<VoxelChoice, EvaluateError> {
-        if let Some(voxel_m) = asked_m {
-            return Ok(VoxelChoice { voxel_m, filled_share: None });
-        }
-        let scans: usize = blocks.iter().map(|block| block.len()).sum();
-        let voxels_m = self.settings.scales.lengths().voxels_m;
-        let mut choice = VoxelChoice { voxel_m: voxels_m[0], filled_share: None };
-        'edges: for (k, &voxel_m) in voxels_m.iter().enumerate() {
-            let lattice = Lattice::new(voxel_m)?;
-            let mut best: f64 = 0.0;
-            for run in runs {
-                self.progress.begin(Stage::Survey, scans as u64);
-                let share = match self.filled_share(blocks, lattice, run, filter) {
-                    // Small voxels span a small world.
-                    Err(EvaluateError::Map { source: MapError::OutOfWorld { .. }, .. })
-                        if k + 1 < voxels_m.len() =>
-                    {
-                        continue 'edges;
-                    }
-                    share => share?,
-                };
-                best = best.max(share);
-                if best >= FILLED_SHARE {
-                    return Ok(VoxelChoice { voxel_m, filled_share: Some(best) });
-                }
-            }
-            choice = VoxelChoice { voxel_m, filled_share: Some(best) };
-        }
-        Ok(choice)
-    }
-
-    /// Share of one run's returns that lie in filled voxels of `lattice`.
-    fn filled_share<M>(
-        &self,
-        blocks: &[&[PlannedFrame]],
-        lattice: Lattice,
-        run: &RunState<'_, M>,
-        filter: &ReturnFilter,
-    ) -> Result<f64, EvaluateError> {
-        let returns = |block: &&[PlannedFrame]| block.iter().map(|frame| frame.returns as usize).sum();
-        let mut probe = DensityProbe::new(lattice, blocks.iter().map(returns).max().unwrap_or(0));
-        for block in blocks {
-            let locator = || Locator {
-                poser: Poser::new([&run.poses], filter),
-                probe: &probe,
-                run: run.name(),
-                progress: self.progress,
-            };
-            self.each_frame(block, |_| true, locator)?;
-            self.pool.install(|| probe.end_block());
-            peak::look();
-        }
-        Ok(probe.filled_share())
-    }
-
-    /// Hands the `wanted` returns of some frames to workers: one per thread of the pool, at most one per
-    /// frame.
-    fn each_frame<W: Worker>(
+    /// Which returns are used: the ranges, and the vehicle as given or as the scans show it; and the given voxel edge, or
+    /// the smallest that enough returns fill.
+    pub(crate) fn look(
         &self,
         frames: &[PlannedFrame],
-        wanted: impl Fn(usize) -> bool,
-        worker: impl Fn() -> W,
-    ) -> Result<(), EvaluateError> {
+        voxel_m: Option<f64>,
+    ) -> Result<(ReturnFilter, VoxelChoice), EvaluateError> {
+        let Settings { min_range_m, max_range_m, scales, ego, .. } = *self.settings;
+        let lengths = scales.lengths();
+        let mut filter = ReturnFilter { min_range_m, max_range_m, ego: EgoMask::default() };
+        let finds_vehicle = ego == Ego::Auto && lengths.has_vehicle;
+        if let Ego::BoxMm(min, max) = ego {
+            filter.ego = EgoMask::from_box_mm(min, max);
+        }
+        if let (Some(voxel_m), false) = (voxel_m, finds_vehicle) {
+            return Ok((filter, VoxelChoice { voxel_m, filled_share: None }));
+        }
+        let looked = self.scans(frames, &filter, &lengths.voxels_m)?;
+        if finds_vehicle {
+            filter.ego = vehicle(&looked);
+        }
+        let chosen = || {
+            let returns: u64 = looked.iter().map(|scan| scan.returns).sum();
+            let filled = |k: usize| looked.iter().map(|scan| scan.filled[k]).sum::<u64>();
+            let shares = lengths.voxels_m.iter().enumerate();
+            let mut shares = shares.map(|(k, &m)| (m, filled(k) as f64 / returns.max(1) as f64)).peekable();
+            while let Some((voxel_m, share)) = shares.next() {
+                if share >= FILLED_SHARE || shares.peek().is_none() {
+                    return VoxelChoice { voxel_m, filled_share: Some(share) };
+                }
+            }
+            VoxelChoice { voxel_m: lengths.voxels_m[0], filled_share: None }
+        };
+        let given = voxel_m.map(|voxel_m| VoxelChoice { voxel_m, filled_share: None });
+        Ok((filter, given.unwrap_or_else(chosen)))
+    }
+
+    /// Looks at scans along the whole log, in order of time.
+    fn scans(
+        &self,
+        frames: &[PlannedFrame],
+        filter: &ReturnFilter,
+        voxels_m: &[f64],
+    ) -> Result<Vec<Looked>, EvaluateError> {
+        let wanted = spread(frames.len(), SURVEYED_SCANS);
+        self.progress.begin(Stage::Survey, wanted.len() as u64);
+        let looked = Mutex::new(Vec::with_capacity(wanted.len()));
+        let worker = || Look { filter, voxels_m, looked: &looked, progress: self.progress };
+        let threads = self.pool.current_num_threads().min(wanted.len());
         let reading = Reading { log: self.log, frames, order: FrameOrder::Log, progress: self.progress };
-        let threads = self.pool.current_num_threads().min(frames.len());
-        let workers = (0..threads).map(|_| worker()).collect();
-        each_frame_of(reading, wanted, workers)?;
-        Ok(())
+        let is_wanted = |ordinal: usize| wanted.binary_search(&ordinal).is_ok();
+        each_frame_of(reading, is_wanted, (0..threads).map(|_| worker()).collect())?;
+        peak::look();
+        let mut looked: Vec<Looked> = looked.into_inner().unwrap_or_else(PoisonError::into_inner);
+        looked.sort_by_key(|scan| scan.ordinal);
+        Ok(looked)
     }
 }
 
-/// Lets scans vote on the vehicle.
-struct Voter<'s> {
+/// What a scan shows.
+#[derive(Debug)]
+struct Looked {
+    ordinal: usize,
+    returns: u64,
+    /// For each voxel edge, returns in voxels with three or more.
+    filled: Vec<u64>,
+    /// One return of each cell near the sensor.
+    near: Vec<[f32; 3]>,
+    /// The cells further away, ascending.
+    far: Vec<[i32; 3]>,
+}
+
+/// The vehicle, by scans that differ: while a sensor stands, the world looks like its own body.
+fn vehicle(looked: &[Looked]) -> EgoMask {
+    let mut votes = EgoVotes::default();
+    let mut last: Option<&Looked> = None;
+    for scan in looked.iter().filter(|scan| scan.far.len() >= FEWEST_CELLS) {
+        if last.is_none_or(|last| in_common(&last.far, &scan.far) < STANDS) {
+            votes.add_scan(scan.near.iter().copied());
+            last = Some(scan);
+        }
+    }
+    votes.mask()
+}
+
+/// How much of the smaller of two sorted lists is in the other.
+fn in_common(a: &[[i32; 3]], b: &[[i32; 3]]) -> f64 {
+    let (few, many) = if a.len() < b.len() { (a, b) } else { (b, a) };
+    let common = few.iter().filter(|cell| many.binary_search(cell).is_ok()).count();
+    common as f64 / few.len().max(1) as f64
+}
+
+struct Look<'s> {
     filter: &'s ReturnFilter,
-    votes: &'s Mutex<EgoVotes>,
+    voxels_m: &'s [f64],
+    looked: &'s Mutex<Vec<Looked>>,
     progress: &'s dyn Progress,
 }
 
-impl Worker for Voter<'_> {
-    fn frame(&mut self, _: usize, _: &PlannedFrame, scan: &Scan) -> Result<(), EvaluateError> {
+impl Worker for Look<'_> {
+    fn frame(&mut self, ordinal: usize, _: &PlannedFrame, scan: &Scan) -> Result<(), EvaluateError> {
         let points = scan.points_in_sensor_m.iter().copied();
         let used: Vec<[f32; 3]> = points.filter(|&point| self.filter.check(point).is_ok()).collect();
-        self.votes.lock().unwrap_or_else(PoisonError::into_inner).add_scan(used.into_iter());
+        let filled = |&voxel_m: &f64| {
+            let mut cells: Vec<[i32; 3]> = used.iter().map(|&point| cell_of(point, voxel_m as f32)).collect();
+            cells.sort_unstable();
+            let filled = cells.chunk_by(|a, b| a == b).filter(|voxel| voxel.len() >= FILLED);
+            filled.map(|voxel| voxel.len() as u64).sum()
+        };
+        let range_m = |point: &[f32; 3]| point.iter().map(|c| c * c).sum::<f32>().sqrt();
+        let mut near: Vec<([i32; 3], [f32; 3])> = used
+            .iter()
+            .filter(|&point| range_m(point) <= NEAR_M)
+            .map(|&point| (cell_of(point, NEAR_CELL_M), point))
+            .collect();
+        near.sort_by_key(|(cell, _)| *cell);
+        near.dedup_by_key(|(cell, _)| *cell);
+        let is_far = |point: &&[f32; 3]| (NEAR_M..FAR_M).contains(&range_m(point));
+        let mut far: Vec<[i32; 3]> =
+            used.iter().filter(is_far).map(|&point| cell_of(point, FAR_CELL_M)).collect();
+        far.sort_unstable();
+        far.dedup();
+        let looked = Looked {
+            ordinal,
+            returns: used.len() as u64,
+            filled: self.voxels_m.iter().map(filled).collect(),
+            near: near.into_iter().map(|(_, point)| point).collect(),
+            far,
+        };
+        self.looked.lock().unwrap_or_else(PoisonError::into_inner).push(looked);
         self.progress.advance(1);
         Ok(())
     }
 }
 
-/// Transforms the returns of scans into a run's world.
-struct Locator<'s> {
-    poser: Poser<'s>,
-    probe: &'s DensityProbe,
-    run: &'s str,
-    progress: &'s dyn Progress,
-}
-
-impl Worker for Locator<'_> {
-    fn frame(&mut self, _: usize, frame: &PlannedFrame, scan: &Scan) -> Result<(), EvaluateError> {
-        let Self { poser, probe, run, progress } = self;
-        poser.blocks(frame, scan, |block| {
-            let points = block.rays(0).iter().map(Ray::endpoint_in_world);
-            probe.add(points).map_err(EvaluateError::map_of(run))
-        })?;
-        progress.advance(1);
-        Ok(())
-    }
+fn cell_of(point: [f32; 3], edge_m: f32) -> [i32; 3] {
+    point.map(|c| (c / edge_m).floor() as i32)
 }
 
 /// Up to `count` of `total` ordinals, evenly spread.
 pub(crate) fn spread(total: usize, count: usize) -> Vec<usize> {
     let count = count.min(total);
     (0..count).map(|k| k * total / count).collect()
-}
-
-/// Blocks of successive frames, evenly spread over the log, without overlap.
-pub(crate) fn blocks_of(frames: &[PlannedFrame]) -> Vec<&[PlannedFrame]> {
-    let (mut blocks, mut done) = (Vec::new(), 0);
-    for start in spread(frames.len(), BLOCKS) {
-        let start = start.max(done);
-        let block = block_of(&frames[start..]);
-        done = start + block.len();
-        if !block.is_empty() {
-            blocks.push(block);
-        }
-    }
-    blocks
-}
-
-/// The first of these frames, as many as a block has.
-pub(crate) fn block_of(frames: &[PlannedFrame]) -> &[PlannedFrame] {
-    let (mut end, mut returns) = (0, 0);
-    while end < frames.len() && end < BLOCK_SCANS && returns < BLOCK_RETURNS {
-        returns += frames[end].returns;
-        end += 1;
-    }
-    &frames[..end]
 }

@@ -110,6 +110,11 @@ mod tests {
         let mut report = scores();
         assert!(matches!(report.best(), Some(Best::Run(run)) if run.name == "truth"));
         assert_eq!(report.in_order().map(|run| run.name.as_str()).collect::<Vec<_>>(), report.order);
+        // The last two share a rank until one is better.
+        assert!(report.ranked().map(|(rank, _)| rank).eq([Some(1), Some(2), Some(3), None]));
+        let last = report.pairs.iter_mut().find(|pair| pair.is_of("drift", "collapsed")).unwrap();
+        last.verdict = Verdict::Better { run: "drift".into(), decided_at_m: 10.0, is_same: false };
+        report.ties.clear();
         assert!(report.ranked().map(|(rank, _)| rank).eq((1..=4).map(Some)));
         let pair = report.pairs.iter_mut().find(|pair| pair.is_of("drift", "truth")).unwrap();
         assert_eq!((pair.other("drift"), pair.decided_at().unwrap().scale_m), ("truth", 10.0));

@@ -10,16 +10,17 @@ use super::effort::{MemoryReport, PassTimes, TileReport};
 use super::ego::EgoReport;
 use super::inputs::{DropReport, InputReport, RunInputReport};
 use super::pair::{PairFacts, PairReport};
-use super::run::{FreeSpaceReport, MapReport, RunFacts, RunReport};
+use super::run::{MapReport, RunFacts, RunReport};
 use super::sampling::SamplingReport;
 use super::settings::{ConfigReport, DepthNoiseReport, PromiseReport, SegmentReport};
 use super::warnings;
 use crate::cast::{Scored, horizon_m};
 use crate::config::MapSource;
 use crate::evaluation::FuseTotals;
+use crate::frames::PlannedFrame;
 use crate::heads::Heads;
 use crate::peak;
-use crate::plan::Plan;
+use crate::plan::{Plan, RunPath};
 use crate::run_state::RunState;
 use crate::segment_length::SegmentLength;
 use crate::settings::{Means, Settings};
@@ -42,6 +43,7 @@ pub(crate) fn map_report(store: &Store, facts: &MapFacts) -> MapReport {
         map_points_dropped: facts.points_dropped,
         surfels_with_trails: facts.trails.map(|trails| trails.surfels),
         surfels_contradicted: facts.trails.map(|trails| trails.contradicted),
+        returns_left_out: facts.trails.map(|trails| trails.left_out),
     }
 }
 
@@ -87,17 +89,11 @@ impl Findings<'_> {
             .filter(|pair| pair[0].tied_with_next)
             .map(|pair| [name(pair[0].run), name(pair[1].run)])
             .collect();
-        let votes = |run: &RunState<'_, MapSummary>| run.map.facts.trails.is_some_and(|trails| trails.votes);
         let mut report = Report {
             schema: Report::SCHEMA.to_owned(),
             dmp_version: env!("CARGO_PKG_VERSION").to_owned(),
             config: self.config(),
             inputs: self.inputs(),
-            free_space: runs.iter().any(|run| run.map.facts.trails.is_some()).then(|| FreeSpaceReport {
-                votes: runs.iter().filter(|run| votes(run)).map(|run| run.run.name.clone()).collect(),
-                returns_fused: fused.counts.map_or(0, |counts| counts.used()),
-                returns_left_out: fused.left_out,
-            }),
             runs: (0..runs.len()).map(|run| self.run(run)).collect(),
             left_out: Vec::new(),
             order: ranked.iter().map(|ranked| name(ranked.run)).collect(),
@@ -156,7 +152,6 @@ impl Findings<'_> {
             voxel_filled_share: plan.voxel.filled_share,
             tile_edge_m: lattice.tile_edge_m(),
             disc_radius_m: lattice.disc_radius_m(),
-            segments: segment_report(plan),
             min_range_m: config.min_range_m,
             max_range_m: config.max_range_m,
             horizon_m: horizon_m(config),
@@ -174,6 +169,7 @@ impl Findings<'_> {
             }),
             scales: config.scales,
             free_space: config.free_space,
+            segment: config.segment,
         }
     }
 
@@ -196,13 +192,14 @@ impl Findings<'_> {
                 },
                 world_from_own: seven(&state.own_from_world.inverse()),
                 pairing: state.poses.pairing,
-                pose_at: run.pose_at,
+                pose_at: run.instant(),
                 conventions: None,
                 time_offset_s: settings.time_offset_ns(run) as f64 / 1e9,
                 max_time_gap_s: state.poses.max_gap_ns as f64 / 1e9,
                 longest_gap_s: state.poses.longest_gap_s(),
-                scans_between_poses: state.scans_between_poses,
-                scans_without_pose: state.scans_without_pose,
+                scans_between_poses: state.path.scans_between_poses,
+                scans_without_pose: state.path.scans_without_pose,
+                segments: segment_report(&state.path, plan.frames()),
                 map: match &run.map {
                     MapSource::Fused => "fused".to_owned(),
                     MapSource::Given(path) => shown_path(path),
@@ -221,7 +218,7 @@ impl Findings<'_> {
             point_times: summary.point_times.clone(),
             span_ns: summary.span_ns,
             scans: heads.len(),
-            scans_used: plan.frames().len(),
+            scans_used: (0..plan.frames().len()).filter(|&k| runs.iter().any(|run| run.path.has(k))).count(),
             returns: counts.total(),
             returns_used: counts.used(),
             dropped: DropReport(
@@ -253,13 +250,22 @@ impl Findings<'_> {
             &scores,
             RunFacts {
                 name: runs[run].run.name.clone(),
-                frames: scored.frames as usize,
+                frames: self.frames_of(run),
                 basis: scored.reducer.layout().bases()[run],
                 has_depth: self.has_depth(),
                 log_likelihood: self.log_likelihood(&scores.sums),
                 map: runs[run].map.report.clone(),
             },
         )
+    }
+
+    /// Scans scored with a pose in a run.
+    fn frames_of(&self, run: usize) -> usize {
+        let Scored { reducer, frames, places, .. } = self.scored;
+        if places.is_some() {
+            return *frames as usize;
+        }
+        reducer.frames().iter().filter(|&ordinal| self.runs[run].path.has(ordinal)).count()
     }
 
     fn pair(&self, pair: &Comparison) -> PairReport {
@@ -277,10 +283,10 @@ impl Findings<'_> {
     }
 }
 
-/// How the drive is cut.
-pub(crate) fn segment_report(plan: &Plan) -> SegmentReport {
-    let segments = &plan.segments;
-    let starts = || segments.starts.iter().map(|&ordinal| &plan.frames()[ordinal]);
+/// How a path is cut.
+pub(crate) fn segment_report(path: &RunPath, frames: &[PlannedFrame]) -> SegmentReport {
+    let segments = &path.segments;
+    let starts = || segments.starts.iter().map(|&ordinal| &frames[ordinal]);
     let length = segments.length;
     SegmentReport {
         length_m: length

@@ -6,10 +6,10 @@ use super::conventions::LeftOutReport;
 use super::effort::{MemoryReport, PassTimes, TileReport};
 use super::inputs::InputReport;
 use super::pair::PairReport;
-use super::run::{FreeSpaceReport, RunReport};
+use super::run::RunReport;
 use super::sampling::SamplingReport;
 use super::settings::{ConfigReport, PromiseReport};
-use crate::drift::DriftReport;
+use crate::drift::{DriftReport, RunDrift};
 
 /// What an evaluation found. Serialised, it is the command's JSON: schema `dmp-score/2`, described in
 /// `docs/json.md`. Other fields beside these, as the command's `gates`, are passed over when one is read.
@@ -23,8 +23,6 @@ pub struct Report {
     pub config: ConfigReport,
     /// What was read, used and dropped.
     pub inputs: InputReport,
-    /// What was kept out of all maps; null where trails were not looked for.
-    pub free_space: Option<FreeSpaceReport>,
     /// The runs, in the order given.
     pub runs: Vec<RunReport>,
     /// Runs that were given too and are no part of what is compared.
@@ -58,18 +56,20 @@ pub struct Report {
 impl Report {
     /// What `schema` says.
     pub const SCHEMA: &str = "dmp-score/2";
+
+    /// Whether the run of this name may be misread, or that of another log.
+    pub fn is_doubtful(&self, run: &str) -> bool {
+        let of_run = self.inputs.runs.iter().find(|input| input.name == run);
+        of_run.and_then(|input| input.conventions.as_ref()).is_some_and(|found| found.doubtful)
+    }
 }
 
 /// A visit has a hundred numbers in each run.
 #[expect(clippy::ref_option, reason = "serde gives it so")]
 fn without_visits<S: Serializer>(drift: &Option<DriftReport>, serializer: S) -> Result<S::Ok, S::Error> {
-    let of_runs = drift.as_ref().map(|drift| DriftReport {
-        visits: Vec::new(),
-        runs: drift.runs.clone(),
-        comparisons: drift.comparisons.clone(),
-        schema: drift.schema.clone(),
-        dmp_version: drift.dmp_version.clone(),
-        ..*drift
-    });
+    let without = |run: &RunDrift| RunDrift { visits: Vec::new(), ..run.clone() };
+    let of_runs = drift
+        .as_ref()
+        .map(|drift| DriftReport { runs: drift.runs.iter().map(without).collect(), ..drift.clone() });
     of_runs.serialize(serializer)
 }

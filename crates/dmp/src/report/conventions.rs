@@ -9,18 +9,20 @@ pub struct ConventionsReport {
     /// Share of the returns looked at that meet those of another scan near by, as the run was given; null where none has a
     /// pose.
     pub together: Option<f64>,
-    /// Each number that was looked for; empty where the scans do not tell.
+    /// Each estimated number; empty where the scans do not determine it.
     pub estimates: Vec<EstimateReport>,
     /// How thick surfaces are that several scans see, metres, as the run was given (read as it is meant).
     pub thickness_m: Option<f64>,
-    /// The same with what is off put right.
+    /// The same with the fixes.
     pub thickness_mended_m: Option<f64>,
-    /// Why the scans tell nothing of clock and mounting though they have surfaces in common; null where they do tell.
+    /// Why the scans do not determine clock and extrinsic though they have surfaces in common; null where they do.
     pub silence: Option<String>,
-    /// What puts right what is off, as options.
+    /// The options that fix what is off.
     pub mends: Vec<String>,
     /// Whether that was done.
     pub mended: bool,
+    /// Whether the run may be misread, or that of another log: then its numbers may say nothing of its map.
+    pub doubtful: bool,
 }
 
 /// A number that was looked for.
@@ -37,9 +39,9 @@ pub struct EstimateReport {
     pub half: f64,
     /// Whether the scans show it.
     pub seen: bool,
-    /// Whether it is surely off, and by enough to be worth a word.
+    /// Whether it is off beyond its interval, and by enough to be reported.
     pub off: bool,
-    /// Whether surfaces become thinner when it is put right, and by enough to be worth that.
+    /// Whether fixing it makes surfaces thinner, by enough to be worth it, and fixing the opposite does not.
     pub pays: bool,
 }
 

@@ -6,6 +6,7 @@ use dmp_log::NO_CHECKSUMS;
 use serde::{Deserialize, Serialize};
 
 use super::conventions::ConventionsReport;
+use super::settings::SegmentReport;
 use crate::pairing::Pairing;
 use crate::pose_at::PoseAt;
 
@@ -32,11 +33,11 @@ pub struct InputReport {
     pub span_ns: Option<(i64, i64)>,
     /// Scans that can be read.
     pub scans: usize,
-    /// Scans used.
+    /// Scans used: those that some run has a pose for.
     pub scans_used: usize,
     /// Returns of all scans that can be read.
     pub returns: u64,
-    /// Returns used.
+    /// Returns used, of scans that some run has a pose for.
     pub returns_used: u64,
     /// Returns dropped, by reason. Used and dropped add up to all.
     pub dropped: DropReport,
@@ -100,6 +101,8 @@ pub struct RunInputReport {
     pub scans_between_poses: usize,
     /// Scans without a pose in this run.
     pub scans_without_pose: usize,
+    /// How its path was cut.
+    pub segments: SegmentReport,
     /// Its map: `fused`, or the file given.
     pub map: String,
     /// What was made of a map that was given: its unit where that is not plainly the metre, the samples of a mesh.

@@ -27,7 +27,7 @@ pub use effort::{MemoryReport, PassTimes, TileReport};
 pub use ego::EgoReport;
 pub use inputs::{DropReport, InputReport, RunInputReport};
 pub use pair::{PairReport, ScaleReport};
-pub use run::{FreeSpaceReport, MapReport, RunReport};
+pub use run::{MapReport, RunReport};
 pub use sampling::{PlacesReport, SamplingReport};
 pub use scores::ScaleScores;
 pub use settings::{ConfigReport, DepthNoiseReport, PromiseReport, SegmentReport};

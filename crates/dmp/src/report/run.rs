@@ -141,6 +141,8 @@ pub struct MapReport {
     pub surfels_with_trails: Option<u64>,
     /// How many of those rays pass through: see `docs/metric.md`.
     pub surfels_contradicted: Option<u64>,
+    /// Returns that were excluded from the map because they lie on trails; they are scored all the same.
+    pub returns_left_out: Option<u64>,
 }
 
 impl MapReport {
@@ -153,17 +155,6 @@ impl MapReport {
         self.map_points_dropped += other.map_points_dropped;
         self.surfels_with_trails = sum(self.surfels_with_trails, other.surfels_with_trails);
         self.surfels_contradicted = sum(self.surfels_contradicted, other.surfels_contradicted);
+        self.returns_left_out = sum(self.returns_left_out, other.returns_left_out);
     }
-}
-
-/// What was kept out of all maps.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct FreeSpaceReport {
-    /// The runs that say what a trail is.
-    pub votes: Vec<String>,
-    /// Returns used of all scans that the maps are made of.
-    pub returns_fused: u64,
-    /// How many of these are in no map; they are scored all the same.
-    pub returns_left_out: u64,
 }

@@ -46,7 +46,7 @@ fn fields_stand_in_their_order() {
     };
     order(
         serde_json::to_string(&report.config).unwrap(),
-        &["voxel_m", "segments", "horizon_m", "ego", "ego_cells", "ego_box_m", "every", "free_space"],
+        &["voxel_m", "horizon_m", "ego", "ego_cells", "ego_box_m", "every", "free_space"],
     );
     order(
         serde_json::to_string(&report.pairs[0]).unwrap(),

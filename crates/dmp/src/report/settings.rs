@@ -18,8 +18,6 @@ pub struct ConfigReport {
     pub tile_edge_m: f64,
     /// Radius of the surfels' discs, metres.
     pub disc_radius_m: f64,
-    /// How the drive was cut.
-    pub segments: SegmentReport,
     /// Smallest range used, metres.
     pub min_range_m: f64,
     /// Largest range used, metres.
@@ -46,6 +44,8 @@ pub struct ConfigReport {
     pub miss_price: f64,
     /// Whether returns on the trails of moving objects were kept out of the maps.
     pub free_space: bool,
+    /// The length of a segment that was given; null where each run's own path decides.
+    pub segment: Option<SegmentLength>,
 }
 
 /// How the noise of a depth camera grows with depth.
@@ -60,7 +60,7 @@ pub struct DepthNoiseReport {
     pub nearest_m: f64,
 }
 
-/// How the drive was cut into segments, the same for all runs.
+/// How the path of a run was cut into segments.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SegmentReport {
@@ -72,7 +72,7 @@ pub struct SegmentReport {
     pub length_scans: Option<u64>,
     /// How many.
     pub count: usize,
-    /// Way from scan to scan, the median of the runs, added up, metres.
+    /// Length of the path, metres.
     pub travel_m: f64,
     /// The stamps at which segments begin, nanoseconds; empty for a log without stamps.
     pub starts_ns: Vec<i64>,

@@ -117,6 +117,13 @@ fn of_run(run: &RunReport) -> Vec<String> {
             100.0 * share
         ));
     }
+    let share = run.map.returns_left_out.map_or(0.0, |left_out| left_out as f64 / run.returns.max(1) as f64);
+    if share > LEFT_OUT_SUSPECT {
+        warnings.push(format!(
+            "{:.0} % of the returns were excluded from the map: more than traffic; the run may be wrong",
+            100.0 * share
+        ));
+    }
     if run.map.map_points_dropped > 0 {
         let count = thousands(run.map.map_points_dropped);
         warnings
@@ -129,36 +136,33 @@ fn of_report<M>(report: &Report, plan: &Plan, runs: &[RunState<'_, M>]) -> Vec<S
     let (inputs, selection) = (&report.inputs, &plan.selection);
     let mut warnings: Vec<String> =
         inputs.damage.iter().map(|what| format!("lost from the log: {what}")).collect();
-    for run in inputs.runs.iter().filter(|run| run.scans_without_pose > 0) {
-        warnings.push(format!(
-            "{} of {} scans have no pose in `{}`; all runs are compared on the {} scans that have one in every run",
-            thousands(run.scans_without_pose),
-            thousands(inputs.scans),
-            run.name,
-            thousands(inputs.scans_used)
-        ));
-    }
-    for state in runs.iter().filter(|state| state.scans_between_poses > 0) {
-        if let Some((gap_s, off_m)) = state.poses.left_open() {
+    for state in runs {
+        let (name, path) = (&state.run.name, &state.path);
+        if path.scans_without_pose > 0 {
             warnings.push(format!(
-                "`{}` has poses up to {gap_s:.1} s apart, and the sensor may be {:.0} cm off between them, so {} scans \
-                 there are excluded for all runs: give a pose for every scan",
-                state.run.name,
+                "{} of {} scans have no pose in `{name}`; it is scored on the others",
+                thousands(path.scans_without_pose),
+                thousands(plan.frames().len())
+            ));
+        }
+        if let (1.., Some((gap_s, off_m))) = (path.scans_between_poses, state.poses.left_open()) {
+            warnings.push(format!(
+                "`{name}` has poses up to {gap_s:.1} s apart, and the sensor may be {:.0} cm off between them, so {} scans \
+                 there are excluded: give a pose for every scan",
                 100.0 * off_m,
-                thousands(state.scans_between_poses)
+                thousands(path.scans_between_poses)
+            ));
+        }
+        if path.segments.given && path.segments.length.is_none() {
+            warnings.push(format!(
+                "the given segment length cuts {:.1} m of travel of `{name}` into fewer than 8: every scan is a segment",
+                path.segments.travel_m
             ));
         }
     }
     if selection.out_of_order > 0 {
         let times = thousands(selection.out_of_order);
         warnings.push(format!("the log's stamps go backwards {times} times; scans were sorted by time"));
-    }
-    if plan.segments.given && plan.segments.length.is_none() {
-        warnings.push(format!(
-            "the given segment length cuts {} scans and {:.1} m of travel into fewer than 8: every scan is a segment",
-            thousands(plan.frames().len()),
-            plan.segments.travel_m
-        ));
     }
     if selection.same_stamp > 0 {
         let scans = thousands(selection.same_stamp);
@@ -201,7 +205,6 @@ fn of_report<M>(report: &Report, plan: &Plan, runs: &[RunState<'_, M>]) -> Vec<S
         }
     }
     warnings.extend(contradictions(report));
-    warnings.extend(free_space(report));
     warnings
 }
 
@@ -289,22 +292,4 @@ fn contradictions(report: &Report) -> Vec<String> {
         })
     };
     report.pairs.iter().filter_map(warning).collect()
-}
-
-fn free_space(report: &Report) -> Vec<String> {
-    let Some(free_space) = &report.free_space else { return Vec::new() };
-    let mut warnings = Vec::new();
-    if let [only] = free_space.votes.as_slice() {
-        warnings.push(format!(
-            "only `{only}` detects trails, and no other run can object: --free-space also removes its own doubled walls"
-        ));
-    }
-    let share = free_space.returns_left_out as f64 / free_space.returns_fused.max(1) as f64;
-    if share > LEFT_OUT_SUSPECT {
-        warnings.push(format!(
-            "{:.0} % of the returns were excluded from the maps: more than traffic; all runs may be wrong",
-            100.0 * share
-        ));
-    }
-    warnings
 }

@@ -94,7 +94,7 @@ impl<M> Look<'_, M> {
         let (mut queries, mut answers, mut buffers) = (Vec::new(), Vec::new(), CastBuffers::default());
         let mut found = 0_usize;
         let fit_m = FIT_M * self.doubts.settings.metre_m();
-        self.sample.rays(&self.run.poses, &self.doubts.plan.filter, |rays| {
+        self.sample.rays((&self.run.poses, &self.run.path), &self.doubts.plan.filter, |rays| {
             queries.clear();
             queries.extend(rays.iter().map(|ray| query_of(ray, None)));
             let cast = caster.cast(&queries, &mut answers, &mut buffers);

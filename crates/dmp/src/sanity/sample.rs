@@ -5,7 +5,7 @@ use dmp_sensor::{Ray, ReturnFilter, Scan};
 use super::doubts::Doubts;
 use crate::error::EvaluateError;
 use crate::frames::PlannedFrame;
-use crate::plan::spread;
+use crate::plan::{RunPath, spread};
 use crate::poser::Poser;
 use crate::run_poses::RunPoses;
 
@@ -16,7 +16,8 @@ const RETURNS: usize = 2000;
 /// Scans along the whole path with few returns of each.
 #[derive(Debug)]
 pub(super) struct Sample {
-    scans: Vec<(PlannedFrame, Scan)>,
+    /// With their ordinals.
+    scans: Vec<(usize, PlannedFrame, Scan)>,
 }
 
 impl Sample {
@@ -26,7 +27,7 @@ impl Sample {
         for ordinal in spread(plan.frames().len(), SCANS) {
             let frame = plan.frames()[ordinal];
             reader.read(frame.frame, &mut whole)?;
-            scans.push((frame, thinned(&whole, &plan.filter)));
+            scans.push((ordinal, frame, thinned(&whole, &plan.filter)));
         }
         Ok(Self { scans })
     }
@@ -38,19 +39,21 @@ impl Sample {
 
     /// Returns of all scans.
     pub(super) fn returns(&self) -> usize {
-        self.scans.iter().map(|(_, scan)| scan.len()).sum()
+        self.scans.iter().map(|(_, _, scan)| scan.len()).sum()
     }
 
     /// Calls `each` for every scan with the rays of its returns. Returns without a pose have no ray.
     pub(super) fn rays(
         &self,
-        poses: &RunPoses,
+        posed: (&RunPoses, &RunPath),
         filter: &ReturnFilter,
         mut each: impl FnMut(&[Ray]) -> Result<(), EvaluateError>,
     ) -> Result<(), EvaluateError> {
-        let mut poser = Poser::new([poses], filter);
-        for (frame, scan) in &self.scans {
-            poser.blocks(frame, scan, |block| each(block.rays(0)))?;
+        let mut poser = Poser::new([posed], filter);
+        for (ordinal, frame, scan) in &self.scans {
+            poser.blocks((*ordinal, frame), scan, |block| {
+                each(&block.posed(0).map(|(_, ray)| *ray).collect::<Vec<_>>())
+            })?;
         }
         Ok(())
     }

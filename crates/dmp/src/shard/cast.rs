@@ -94,7 +94,7 @@ impl<'a> Shard<'a> {
     }
 }
 
-/// The scored frames: all, or the sample.
+/// The scored frames that some run has a pose for: all, or those in the sample.
 pub(super) fn scored_frames<M>(planned: &Evaluation<'_, M>) -> FrameSet {
-    planned.plan.looks.frames(0).collect()
+    planned.plan.looks.frames(0).filter(|&ordinal| planned.uses(ordinal)).collect()
 }

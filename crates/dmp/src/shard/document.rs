@@ -20,7 +20,7 @@ use crate::vet::VetSummary;
 use crate::watch::Watch;
 
 /// Everything of a score that is common to all parts: the log and the positions of its scans, the returns
-/// used, voxels and segments, the settings, the vetting results. The runs are stored in a separate file,
+/// used, the voxels, the settings, the vetting results. The runs are stored in a separate file,
 /// [`Self::runs_bytes`].
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -44,7 +44,8 @@ pub(super) struct Content {
     /// Scans in use, and returns of them.
     pub(super) scans: u64,
     pub(super) returns: u64,
-    pub(super) segments: SegmentReport,
+    /// For each run.
+    pub(super) segments: Vec<SegmentReport>,
     pub(super) voxel: VoxelChoice,
     pub(super) filter: ReturnFilter,
     pub(super) settings: Settings,
@@ -129,8 +130,8 @@ impl ShardPlan {
             runs: runs.iter().map(PlannedRun::of).collect(),
             runs_hash: hash_of(&runs_bytes(runs)?),
             scans: plan.frames().len() as u64,
-            returns: plan.returns(),
-            segments: segment_report(plan),
+            returns: planned.returns(),
+            segments: planned.runs.iter().map(|run| segment_report(&run.path, plan.frames())).collect(),
             voxel: plan.voxel,
             filter: plan.filter.clone(),
             settings,

@@ -8,35 +8,64 @@ use super::error::ShardError;
 use super::opened::Shard;
 use super::part::Part;
 use super::stage::Stage;
-use crate::drift::{Revisits, VisitPair, VisitPairReport};
+use crate::drift::{DriftReport, Revisits, VisitPair, VisitPairReport};
+use crate::evaluation::Evaluation;
 
 /// The result of a part.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct DriftPart {
-    /// The number of its first pair, and what was measured on each.
+    /// The number of its first pair among those of all runs, and what was measured on each.
     first: u64,
     /// As JSON, the serialised form of reports.
     visits: Vec<u8>,
 }
 
-/// The pairs of a part.
-pub(super) fn pairs_of<'r, M: Sync>(revisits: &'r Revisits<'_, M>, part: Part) -> (usize, &'r [VisitPair]) {
-    let pairs = revisits.pairs();
-    let share = part.share(&vec![1; pairs.len()]);
-    (share.start, &pairs[share])
+/// Pairs of visits of a run.
+type RunPairs<'r, 'e, M> = (&'r Revisits<'e, M>, &'r [VisitPair]);
+
+/// The pairs of visits of all runs, one run after the other.
+pub(super) struct AllRevisits<'e, M>(Vec<Revisits<'e, M>>);
+
+impl<'e, M: Sync> AllRevisits<'e, M> {
+    pub(super) fn new(planned: &'e Evaluation<'_, M>) -> Self {
+        Self((0..planned.runs.len()).map(|run| Revisits::new(planned, run)).collect())
+    }
+
+    /// Number of pairs of each run.
+    fn counts(&self) -> impl Iterator<Item = usize> {
+        self.0.iter().map(|revisits| revisits.pairs().len())
+    }
+
+    /// The number of a part's first pair, and its pairs of each run.
+    pub(super) fn of_part<'r>(&'r self, part: Part) -> (usize, Vec<RunPairs<'r, 'e, M>>) {
+        let share = part.share(&vec![1; self.counts().sum()]);
+        let mut before = 0;
+        let of_run = |revisits: &'_ Revisits<'e, M>| {
+            let (from, count) = (before, revisits.pairs().len());
+            before += count;
+            let within = |end: usize| end.saturating_sub(from).min(count);
+            within(share.start)..within(share.end)
+        };
+        let ranges: Vec<_> = self.0.iter().map(of_run).collect();
+        let pairs = self.0.iter().zip(ranges).map(|(revisits, range)| (revisits, &revisits.pairs()[range]));
+        (share.start, pairs.collect())
+    }
 }
 
 impl Shard<'_> {
-    /// Measures the drift of all runs on some pairs of visits. Returns the receipt file that marks the part
+    /// Measures the drift of the runs on some pairs of visits. Returns the receipt file that marks the part
     /// as done.
     ///
     /// # Errors
     /// When the log cannot be read or nothing can be written.
     pub fn drift(&self, part: Part) -> Result<PathBuf, ShardError> {
         let planned = self.planned()?;
-        let revisits = Revisits::new(&planned, planned.drift_pairs());
-        let (first, pairs) = pairs_of(&revisits, part);
-        let measured = revisits.measure(pairs)?;
+        let revisits = AllRevisits::new(&planned);
+        let (first, pairs) = revisits.of_part(part);
+        let mut measured = Vec::new();
+        for (revisits, pairs) in pairs {
+            measured.extend(revisits.measure(pairs)?);
+        }
         let visits = serde_json::to_vec(&measured).map_err(|error| ShardError::Content {
             path: self.folder.path.to_owned(),
             detail: error.to_string(),
@@ -44,8 +73,19 @@ impl Shard<'_> {
         self.folder.write(Stage::Drift, part, &DriftPart { first: first as u64, visits })
     }
 
+    /// The drift of all runs, from all parts.
+    pub(super) fn drifted<M: Sync>(&self, planned: &Evaluation<'_, M>) -> Result<DriftReport, ShardError> {
+        let revisits = AllRevisits::new(planned);
+        let mut all = self.measured(revisits.counts().sum())?.into_iter();
+        let mut measured = Vec::new();
+        for revisits in revisits.0 {
+            measured.push((all.by_ref().take(revisits.pairs().len()).collect(), revisits));
+        }
+        Ok(planned.drift_report(measured))
+    }
+
     /// The measurements of all pairs, in their order.
-    pub(super) fn drifted(&self, pairs: usize) -> Result<Vec<VisitPairReport>, ShardError> {
+    fn measured(&self, pairs: usize) -> Result<Vec<VisitPairReport>, ShardError> {
         let parts: Vec<(Part, DriftPart)> = self.folder.read(Stage::Drift)?;
         let mut all: Vec<VisitPairReport> = Vec::with_capacity(pairs);
         for (part, DriftPart { first, visits }) in parts {

@@ -49,13 +49,8 @@ pub enum ShardError {
         version: String,
     },
     /// This machine finds other segments.
-    #[error("this machine finds {here} segments, the plan has {planned}: the results would differ")]
-    OtherSegments {
-        /// Segments found here.
-        here: usize,
-        /// Segments of the plan.
-        planned: usize,
-    },
+    #[error("this machine finds other segments than the plan has: the results would differ")]
+    OtherSegments,
     /// Parts of a stage are missing.
     #[error("{}: {stage} is not done: {missing}", folder.display())]
     Missing {

@@ -153,7 +153,8 @@ impl Shard<'_> {
         planned: &Evaluation<'_, M>,
     ) -> Result<(Vec<(Part, FusedPart)>, RunTileVoxels), ShardError> {
         let fused: Vec<(Part, FusedPart)> = self.folder.read(Stage::Fuse)?;
-        let all: dmp_reduce::FrameSet = (0..planned.plan.frames().len()).collect();
+        let in_use = (0..planned.plan.frames().len()).filter(|&ordinal| planned.uses(ordinal));
+        let all: dmp_reduce::FrameSet = in_use.collect();
         check_frames(Stage::Fuse, fused.iter().map(|(_, part)| &part.frames), &all)?;
         let mut voxels = RunTileVoxels::new();
         for (run, list) in fused.iter().flat_map(|(_, part)| part.sums.iter().enumerate()) {

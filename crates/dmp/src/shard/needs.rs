@@ -7,14 +7,13 @@ use dmp_map::SumsBlock;
 use dmp_reduce::FrameSet;
 use serde::Serialize;
 
-use super::drift::pairs_of;
+use super::drift::AllRevisits;
 use super::error::ShardError;
 use super::fuse::sums_name;
 use super::merge::{MergedPart, piece_name, spans_of};
 use super::opened::Shard;
 use super::part::Part;
 use super::stage::Stage;
-use crate::drift::Revisits;
 use crate::evaluation::Evaluation;
 
 /// The files that a part reads, beside the plan, its runs and the receipts of earlier stages.
@@ -64,9 +63,12 @@ impl Shard<'_> {
                 Ok(Needs { log: of_log(&frames), files })
             }
             Stage::Drift => {
-                let revisits = Revisits::new(&planned, planned.drift_pairs());
-                let (_, pairs) = pairs_of(&revisits, part);
-                Ok(Needs { log: of_log(&revisits.scans(pairs)), files: Vec::new() })
+                let revisits = AllRevisits::new(&planned);
+                let mut scans = FrameSet::default();
+                for (revisits, pairs) in revisits.of_part(part).1 {
+                    scans.extend(revisits.scans(pairs).iter());
+                }
+                Ok(Needs { log: of_log(&scans), files: Vec::new() })
             }
         }
     }

@@ -16,7 +16,8 @@ use crate::evaluation::{Evaluation, Task};
 use crate::frames::jobs_of;
 use crate::heads::Heads;
 use crate::own_frame;
-use crate::plan::{Drive, Plan};
+use crate::plan::{Plan, Selection};
+use crate::report::{SegmentReport, segment_report};
 use crate::settings::Means;
 use crate::watch::Watch;
 
@@ -76,14 +77,14 @@ impl<'a> Shard<'a> {
         let settings = content.settings.clone();
         let task = Task::with(self.log, self.runs, settings, self.means.clone(), self.watch)?;
         let stores = self.runs.iter().map(|_| None).collect();
-        let mut placed = own_frame::place(Heads::Log(self.log), self.runs, stores, &task.settings)?;
-        let drive = Drive::new(Heads::Log(self.log), &mut placed, &task.settings)?;
-        let plan = Plan::surveyed(drive, content.filter.clone(), content.voxel, &task.settings);
-        let starts: Vec<usize> =
-            plan.segments.starts.iter().map(|&ordinal| plan.frames()[ordinal].number).collect();
-        if starts != content.segments.starts_scan || plan.frames().len() as u64 != content.scans {
-            let (here, planned) = (starts.len(), content.segments.count);
-            return Err(ShardError::OtherSegments { here, planned });
+        let selection = Selection::new(Heads::Log(self.log), &task.settings)?;
+        let placed =
+            own_frame::place(Heads::Log(self.log), &selection.frames, self.runs, stores, &task.settings)?;
+        let plan = Plan::surveyed(selection, content.filter.clone(), content.voxel, &task.settings);
+        let segments: Vec<SegmentReport> =
+            placed.iter().map(|run| segment_report(&run.path, plan.frames())).collect();
+        if segments != content.segments || plan.frames().len() as u64 != content.scans {
+            return Err(ShardError::OtherSegments);
         }
         Ok(task.planned(plan, placed))
     }
@@ -101,7 +102,9 @@ impl<'a> Shard<'a> {
         wanted: impl Fn(usize) -> bool,
     ) -> FrameSet {
         let plan = &planned.plan;
-        let jobs = jobs_of(plan.reading(self.log, self.means, self.watch.progress), wanted);
+        let jobs = jobs_of(plan.reading(self.log, self.means, self.watch.progress), |ordinal| {
+            planned.uses(ordinal) && wanted(ordinal)
+        });
         let returns =
             |job: &Vec<usize>| job.iter().map(|&ordinal| plan.frames()[ordinal].returns).sum::<u64>();
         let share = part.share(&jobs.iter().map(returns).collect::<Vec<_>>());

@@ -8,7 +8,6 @@ use super::merge::MergedPart;
 use super::opened::{Shard, check_frames};
 use super::part::Part;
 use super::stage::Stage;
-use crate::drift::Revisits;
 use crate::evaluation::FuseTotals;
 use crate::heads::Heads;
 use crate::report::{Findings, MapReport, MapSummary, PassTimes, Report};
@@ -26,19 +25,13 @@ impl Shard<'_> {
         let (fused, _) = self.fused(&planned)?;
         let mut counts = ReturnCounts::default();
         fused.iter().for_each(|(_, part)| counts.merge(&part.counts));
-        planned.fused = FuseTotals { counts: Some(counts), left_out: 0, scratch_bytes: 0 };
+        planned.fused = FuseTotals { counts: Some(counts), scratch_bytes: 0 };
         let merged: Vec<(Part, MergedPart)> = self.folder.read(Stage::Merge)?;
         let cast: Vec<(Part, Casting)> = self.folder.read(Stage::Cast)?;
         check_frames(Stage::Cast, cast.iter().map(|(_, part)| &part.done), &scored_frames(&planned))?;
         let mut scored = planned.put_together(cast.into_iter().map(|(_, part)| part).collect())?;
         planned.account(&mut scored)?;
-        let drift = match planned.drift_pairs() {
-            0 => None,
-            most => {
-                let revisits = Revisits::new(&planned, most);
-                Some(revisits.summed_up(self.drifted(revisits.pairs().len())?))
-            }
-        };
+        let drift = if planned.measures_drift() { Some(self.drifted(&planned)?) } else { None };
 
         let total_s = start.elapsed().as_secs_f64();
         let threads = planned.means.threads;

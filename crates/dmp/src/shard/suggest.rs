@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::drift::Revisits;
 use crate::evaluation::Evaluation;
 
 // Measured on one core: docs/scale.md.
@@ -53,15 +54,16 @@ impl Suggested {
             .map(|frame| frame.returns)
             .sum();
         let runs = planned.runs.len() as f64;
-        let fused = plan.returns() as f64 * runs;
-        let pairs = planned.drift_pairs().min(plan.segments.starts.len()) as f64;
+        let fused = planned.returns() as f64 * runs;
+        let pairs = |run| Revisits::new(planned, run).pairs().len() as f64;
+        let pairs: f64 = (0..planned.runs.len()).map(pairs).sum();
         let parts = |work_s: f64| parts_of(work_s, machine.cores);
         Self {
             cores: machine.cores,
             fuse: parts(FUSE_S * fused),
             merge: parts(MERGE_S * fused),
             cast: parts(CAST_S * sampled as f64 * runs),
-            drift: parts(PAIR_S * pairs * runs),
+            drift: parts(PAIR_S * pairs),
             memory_bytes: planned.work.budget().memory_for_tiles(0),
         }
     }

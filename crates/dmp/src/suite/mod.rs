@@ -3,6 +3,7 @@
 mod build;
 mod contents;
 mod effect;
+mod failures;
 mod judge;
 mod log;
 mod outcome;
@@ -13,6 +14,7 @@ mod tests;
 pub use build::suite_report;
 pub use contents::{SuiteLogReport, SuitePromiseReport, SuiteReport};
 pub use effect::EffectReport;
+pub use failures::{FailureReport, Failures};
 pub use log::{MissingReport, SuiteLog};
 pub use outcome::Outcome;
 pub use pair::{LogPairReport, SuitePairReport};

@@ -4,6 +4,7 @@ use dmp_reduce::Confidence;
 use serde::{Deserialize, Serialize};
 
 use super::effect::EffectReport;
+use super::failures::FailureReport;
 use super::judge::{Judged, Signs};
 use super::log::SuiteLog;
 use super::outcome::Outcome;
@@ -30,7 +31,7 @@ pub struct SuitePairReport {
     pub p_value: f64,
     /// Number of logs needed for a verdict if all agree.
     pub logs_needed: u64,
-    /// Number of logs on which both were compared.
+    /// Number of logs on which both were compared, or one of them fails.
     pub compared: u64,
     /// Number of those on which a is better.
     pub a_better: u64,
@@ -53,6 +54,8 @@ pub struct SuitePairReport {
     /// Each log on which both were compared, worst first: those where a is better, by most, and last those
     /// where b is.
     pub logs: Vec<LogPairReport>,
+    /// The logs on which one of them fails and counts as worse; empty if failures are skipped.
+    pub failures: Vec<FailureReport>,
 }
 
 impl SuitePairReport {
@@ -64,6 +67,11 @@ impl SuitePairReport {
     /// The result on a log; `None` if they were not compared on it.
     pub fn on(&self, log: &str) -> Option<&LogPairReport> {
         self.logs.iter().find(|pair| pair.log == log)
+    }
+
+    /// The version that fails on a log on which the other stands.
+    pub fn failing_on(&self, log: &str) -> Option<&str> {
+        self.failures.iter().find(|failure| failure.log == log).map(|failure| failure.version.as_str())
     }
 
     /// Number of logs on which this version is worse than the other.
@@ -138,15 +146,19 @@ fn side(pair: &LogPairReport, a: &str, b: &str) -> u8 {
     }
 }
 
-pub(super) fn signs(logs: &[LogPairReport], a: &str, b: &str) -> Signs {
-    let better = |run: &str| logs.iter().filter(|log| log.verdict.better() == Some(run)).count() as u64;
-    Signs { a_better: better(a), b_better: better(b), compared: logs.len() as u64 }
+pub(super) fn signs(logs: &[LogPairReport], failures: &[FailureReport], a: &str, b: &str) -> Signs {
+    let better = |run: &str, other: &str| {
+        let decided = logs.iter().filter(|log| log.verdict.better() == Some(run)).count();
+        (decided + failures.iter().filter(|failure| failure.version == other).count()) as u64
+    };
+    Signs { a_better: better(a, b), b_better: better(b, a), compared: (logs.len() + failures.len()) as u64 }
 }
 
 /// The reported pair.
 pub(super) fn report_of(
     (a, b): (&str, &str),
     (logs, scale_m): (Vec<LogPairReport>, Option<f64>),
+    failures: Vec<FailureReport>,
     signs: Signs,
     judged: Judged,
     each: Confidence,
@@ -171,6 +183,7 @@ pub(super) fn report_of(
         drift_difference: EffectReport::of(logs.iter().map(|log| log.drift_difference_m), each),
         reason: reason((a, b), signs, judged),
         logs,
+        failures,
     }
 }
 

@@ -56,7 +56,7 @@ fn nine() -> Vec<SuiteLog> {
 
 #[test]
 fn versions_are_compared_over_all_logs() {
-    let found = suite_report(&versions(), &nine(), Confidence::P99);
+    let found = suite_report(&versions(), &nine(), Confidence::P99, Failures::Worse);
     let [pair] = found.pairs.as_slice() else { panic!("{:?}", found.pairs) };
     assert_eq!((pair.outcome, pair.better.as_deref()), (Outcome::Better, Some("new")));
     assert_eq!((pair.compared, pair.a_better, pair.b_better, pair.undecided), (10, 0, 9, 1));
@@ -79,7 +79,7 @@ fn versions_are_compared_over_all_logs() {
 fn a_log_where_the_later_version_loses_stands_first() {
     let mut logs = nine();
     logs.push(log("hill", report(Some("old"), 10.5)));
-    let found = suite_report(&versions(), &logs, Confidence::P99);
+    let found = suite_report(&versions(), &logs, Confidence::P99, Failures::Skip);
     assert_eq!(found.worst_first[..2], ["hill", "tunnel"]);
     assert_eq!(found.pairs[0].outcome, Outcome::Undecided);
     assert_eq!((found.pairs[0].worse("new"), found.pairs[0].worse("old")), (1, 9));
@@ -92,27 +92,33 @@ fn what_is_not_compared_is_reported() {
     logs.push(SuiteLog { name: "lost".into(), report: Err("no such file".into()), missing: Vec::new() });
     let mut left_out = report(None, 9.0);
     left_out.pairs.clear();
+    left_out.runs.retain(|run| run.name != "new");
+    left_out.order.retain(|name| name != "new");
     left_out.left_out =
         vec![LeftOutReport { name: "new".into(), reason: "it belongs to another log".into() }];
     logs.push(log("odd", left_out));
-    let found = suite_report(&versions(), &logs, Confidence::P99);
+    let found = suite_report(&versions(), &logs, Confidence::P99, Failures::Skip);
     assert_eq!((found.pairs[0].outcome, found.pairs[0].compared), (Outcome::TooFewLogs, 3));
     assert_eq!(
         found.pairs[0].reason,
         "too few logs: 8 needed, even if all of them agree, and 3 compare both"
     );
-    let expected = [
-        "lost was not scored: no such file",
-        "new is not compared on 1 of 5 logs (odd): it cannot lose where it fails",
-    ];
+    let expected =
+        ["lost was not scored: no such file", "new fails on 1 of 5 logs (odd): these are not counted"];
     assert_eq!(found.warnings, expected);
     assert_eq!(found.log("odd").unwrap().missing[0].reason, "excluded: it belongs to another log");
     assert_eq!(found.worst_first.len(), 4);
+    // Who fails, loses.
+    let found = suite_report(&versions(), &logs, Confidence::P99, Failures::Worse);
+    let [pair] = found.pairs.as_slice() else { panic!("{:?}", found.pairs) };
+    assert_eq!((pair.compared, pair.worse("new"), pair.failing_on("odd")), (4, 1, Some("new")));
+    assert_eq!(found.worst_first[0], "odd");
+    assert!(found.warnings[1].starts_with("new fails on 1 of 5 logs (odd): it counts as worse"));
 }
 
 #[test]
 fn it_comes_back_from_json() {
-    let found = suite_report(&versions(), &nine(), Confidence::P99);
+    let found = suite_report(&versions(), &nine(), Confidence::P99, Failures::Worse);
     let text = serde_json::to_string(&found).unwrap();
     assert_eq!(serde_json::from_str::<SuiteReport>(&text).unwrap(), found);
 }

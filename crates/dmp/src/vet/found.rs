@@ -3,7 +3,9 @@
 use dmp_calibrate::{Axis, Calibration, Estimate, Silence};
 
 use super::mend::Mend;
+use crate::config::Run;
 use crate::error::EvaluateError;
+use crate::pose_at::PoseAt;
 use crate::report::{ConventionsReport, EstimateReport};
 use crate::setting_name::SettingName;
 
@@ -21,85 +23,100 @@ pub struct Found {
     pub calibration: Option<Calibration>,
     /// The fixes for the certain errors, in this order.
     pub mends: Vec<Mend>,
+    /// The instant of the scans at which its poses hold, by the scans: of a run without stamps, for which nothing was chosen.
+    pub instant: Option<PoseAt>,
     /// Whether they can be applied to the run; a pose format cannot be changed once an odometry interpolates
     /// between the poses.
     pub can_be_mended: bool,
     /// Whether, by this run alone, the points are already motion-corrected: then its clock and extrinsic are
     /// not judged.
     pub is_at_odds: bool,
-    /// Why it does not belong to the log as given; `None` if it does.
-    pub left_out: Option<LeftOut>,
-    /// Whether it is scored: it belongs, or no run does and excluding all would help nobody.
-    pub is_kept: bool,
+    /// Why it has no poses for the log's scans.
+    pub not_paired: Option<Box<EvaluateError>>,
+    /// Whether most scans have hardly any return in use: then nothing can be said of it.
+    pub is_thin: bool,
+    /// What suggests that its poses are those of another log, with the fixes applied.
+    pub doubt: Option<Doubt>,
 }
 
-/// Why a run is excluded from everything that runs share.
-#[derive(Debug)]
+/// What suggests that the poses of a run are those of another log.
+#[derive(Debug, Clone, Copy)]
+pub struct Doubt {
+    /// Which test.
+    pub test: DoubtTest,
+    /// Share of the returns that meet another scan as the run says, and otherwise.
+    pub together: [f64; 2],
+    /// Whether its own scans contradict the run beyond doubt: otherwise it is scored.
+    pub is_certain: bool,
+}
+
+/// How the scans of a run are put together otherwise.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum LeftOut {
-    /// It has no poses for the log's scans.
-    NotPaired(Box<EvaluateError>),
-    /// Its poses are clearly misinterpreted.
-    Misread,
-    /// At its turns, the scans fit together as well without the turn.
-    OtherTurns {
-        /// Share of the returns at turns that match another scan.
-        turned: f64,
-        /// The same without the turn.
-        straight: f64,
-    },
-    /// The scans fit together no better with its own poses than with other scans' poses.
-    Unrelated {
-        /// Share of the returns that match another scan, with shuffled poses.
-        together_mixed_up: f64,
-    },
+pub enum DoubtTest {
+    /// At the poses of other scans.
+    OtherPoses,
+    /// Without the turns.
+    NoTurns,
+}
+
+impl Doubt {
+    pub(super) fn message(&self) -> String {
+        let [own, other] = self.together.map(|share| format!("{:.0} %", 100.0 * share));
+        let (where_, how) = match self.test {
+            DoubtTest::OtherPoses => ("", "with the poses of other scans"),
+            DoubtTest::NoTurns => ("in turns, ", "without the turn"),
+        };
+        let what = format!("{where_}{own} of the returns meet those of nearby scans, {other} {how}");
+        if self.is_certain {
+            format!("its poses do not match the scans of this log: {what}")
+        } else {
+            format!("its poses may be those of another log: {what}")
+        }
+    }
 }
 
 impl Found {
-    /// The error and its fix, in a sentence; `name` gives the name of a setting. `None` without an error.
-    pub fn message_with(&self, mended: bool, name: &dyn Fn(SettingName) -> String) -> Option<String> {
-        let head = if self.is_kept { "" } else { " is excluded" };
-        let left_out = |why: String| Some(format!("run `{}`{head}: {why}", self.name));
-        match &self.left_out {
-            Some(LeftOut::NotPaired(error)) => {
-                let text = error.message_with(name);
-                let own = format!("run `{}`: ", self.name);
-                return left_out(text.strip_prefix(&own).unwrap_or(&text).to_owned());
-            }
-            Some(LeftOut::Unrelated { together_mixed_up }) => {
-                return left_out(format!(
-                    "its poses do not match the scans of this log: {:.0} % of the returns meet those of nearby scans, {:.0} % \
-                     with the poses of other scans",
-                    100.0 * self.together.unwrap_or(0.0),
-                    100.0 * together_mixed_up
-                ));
-            }
-            Some(LeftOut::OtherTurns { turned, straight }) => {
-                return left_out(format!(
-                    "its poses do not match the scans of this log: in turns, {:.0} % of the returns meet those of nearby \
-                     scans, {:.0} % without the turn",
-                    100.0 * turned,
-                    100.0 * straight
-                ));
-            }
-            Some(LeftOut::Misread) | None => {}
+    /// Whether it is scored: it has poses for the scans, and these do not contradict it beyond doubt.
+    pub fn is_kept(&self) -> bool {
+        self.not_paired.is_none() && !self.doubt.is_some_and(|doubt| doubt.is_certain)
+    }
+
+    /// Whether its numbers need a second look: another reading fits better, or its poses may be those of another log.
+    pub fn is_doubtful(&self, mended: bool) -> bool {
+        self.doubt.is_some() || (self.together_as_read.is_some() && !(mended && self.can_be_mended))
+    }
+
+    /// The findings and their fixes, each in a sentence; `name` gives the name of a setting.
+    pub fn messages_with(&self, mended: bool, name: &dyn Fn(SettingName) -> String) -> Vec<String> {
+        let head = if self.is_kept() { "" } else { " is excluded" };
+        let of_run = |what: String| format!("run `{}`{head}: {what}", self.name);
+        if let Some(error) = &self.not_paired {
+            let (text, own) = (error.message_with(name), format!("run `{}`: ", self.name));
+            return vec![of_run(text.strip_prefix(&own).unwrap_or(&text).to_owned())];
         }
-        let what = self.what()?;
-        if self.mends.is_empty() {
-            return Some(format!("run `{}`: {what}", self.name));
-        }
-        let options = self.options(name).join(" ");
-        Some(if mended && self.can_be_mended {
-            format!("run `{}`: {what}; fixed with {options}", self.name)
-        } else if self.can_be_mended {
+        let doubt = self.doubt.map(|doubt| of_run(doubt.message()));
+        let instant = self.instant.map(|at| {
+            let option = SettingName::PoseAt.for_run(&self.name, &PoseAt::Stamp.to_string(), name);
             format!(
-                "run `{}`{head}: {what}; fix it with {options}, or with {}",
-                self.name,
-                name(SettingName::Mend)
+                "run `{}`: its poses hold at the {at} of the scans, by the scans; {option} has them at the stamps",
+                self.name
             )
-        } else {
-            format!("run `{}`{head}: {what}; fix it with {options}", self.name)
-        })
+        });
+        let fix = self.what().map(|what| {
+            let options = self.options(name).join(" ");
+            if options.is_empty() {
+                format!("run `{}`: {what}", self.name)
+            } else if mended && self.can_be_mended {
+                format!("run `{}`: {what}; fixed with {options}", self.name)
+            } else if self.can_be_mended {
+                let mend = name(SettingName::Mend);
+                format!("run `{}`: {what}; fix it with {options}, or with {mend}", self.name)
+            } else {
+                format!("run `{}`: {what}; fix it with {options}", self.name)
+            }
+        });
+        doubt.into_iter().chain(instant).chain(fix).collect()
     }
 
     /// For a report: the estimated clock offset and extrinsic; `mended` says whether errors were fixed.
@@ -122,7 +139,15 @@ impl Found {
             silence: calibration.and_then(|found| found.silence).map(in_words),
             mends: self.options(name),
             mended: mended && self.can_be_mended && !self.mends.is_empty(),
+            doubtful: self.is_doubtful(mended),
         }
+    }
+
+    /// The run with its fixes, and at its instant.
+    pub(super) fn fixed(&self, run: &Run) -> Run {
+        let mut run = Run { pose_at: self.instant.or(run.pose_at), ..run.clone() };
+        self.mends.iter().for_each(|mend| mend.apply(&mut run));
+        run
     }
 
     fn options(&self, name: &dyn Fn(SettingName) -> String) -> Vec<String> {
@@ -131,7 +156,7 @@ impl Found {
 
     /// Why its clock could not be checked, if so.
     pub(super) fn clock_is_unknown(&self) -> Option<String> {
-        let as_given = self.is_kept && self.together_as_read.is_none();
+        let as_given = self.is_kept() && self.together_as_read.is_none();
         let calibration = self.calibration.as_ref().filter(|_| as_given)?;
         let why = match calibration.silence {
             Some(silence) => in_words(silence),

@@ -25,7 +25,7 @@ impl Mend {
     /// Applies it to a run.
     pub(super) fn apply(&self, run: &mut Run) {
         match *self {
-            Self::PoseAt(pose_at) => run.pose_at = pose_at,
+            Self::PoseAt(pose_at) => run.pose_at = Some(pose_at),
             Self::TimeOffset(offset_ns) => run.time_offset_ns = Some(offset_ns),
             Self::Extrinsic(body_from_sensor) => run.body_from_sensor = Some(body_from_sensor),
             Self::PosesAs(poses_as) => {

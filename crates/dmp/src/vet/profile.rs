@@ -45,8 +45,7 @@ pub fn profiles(
     let heads = Heads::Log(log);
     let (settings, means) = config.on(heads.summary())?;
     let blocks = sample::read(heads, &settings, progress)?;
-    let lent = runs.iter().find_map(|run| run.trajectory.stamps_ns());
-    let look = Look { heads, lent, settings: &settings, blocks: &blocks };
+    let look = Look { heads, settings: &settings, blocks: &blocks };
     let axes = Axis::ALL.into_iter().filter(|&axis| axis != Axis::Sweep || heads.summary().has_point_times());
     let axes: Vec<Axis> = axes.collect();
     progress.begin(Stage::Vet, (axes.len() * runs.len()) as u64);

@@ -3,7 +3,7 @@
 use dmp_log::LogSummary;
 use dmp_sensor::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 
-use super::mend::{Mend, rounded};
+use super::mend::{Mend, rounded, rounded_ns};
 use super::poses_as::PosesAs;
 use crate::config::Run;
 use crate::settings::Settings;
@@ -57,8 +57,11 @@ pub(super) fn all(run: &Run, settings: &Settings, log: &LogSummary, speed_m_per_
     }
     if run.trajectory.stamps_ns().is_some() && log.span_ns.is_some() {
         let now_ns = settings.time_offset_ns(run);
-        for shift_s in SHIFTS_S.into_iter().flat_map(|shift_s| [-shift_s, shift_s]) {
-            let offset_ns = now_ns.saturating_add((shift_s * 1e9) as i64);
+        // One pose, or one keyframe, early or late.
+        let step_ns = rounded_ns(run.trajectory.usual_step_ns());
+        let shifts_ns = SHIFTS_S.into_iter().map(|shift_s| (shift_s * 1e9) as i64).chain([step_ns]);
+        for shift_ns in shifts_ns.flat_map(|shift_ns| [-shift_ns, shift_ns]) {
+            let offset_ns = now_ns.saturating_add(shift_ns);
             let run = Run { time_offset_ns: Some(offset_ns), ..run.clone() };
             all.push(Reading { run, mend: Mend::TimeOffset(offset_ns), is_shift: true });
         }

@@ -18,8 +18,10 @@ pub struct Vetted {
     pub found: Vec<Found>,
     /// Whether errors were fixed.
     pub mended: bool,
-    /// The error that all runs share: then the runs are not its cause.
+    /// The error that all runs share, though not all are copies of one: then the runs may not be its cause.
     pub alike: Vec<Estimate>,
+    /// The numbers of the given runs in groups: those of a group are copies of one estimate.
+    pub copies: Vec<Vec<usize>>,
     /// The findings on the times of points.
     pub point_times: PointTimes,
 }
@@ -70,28 +72,33 @@ impl Vetted {
         };
         // If another run's clock is wrong, a clock that could not be checked may be wrong as well.
         let is_off = |found: &Found| {
-            found.is_kept
+            found.is_kept()
                 && found.mends.iter().any(|mend| matches!(mend, Mend::TimeOffset(_) | Mend::PoseAt(_)))
         };
         let is_the_logs = self.alike.iter().any(|one| one.axis == Axis::Time);
         let clocks_are_off = !is_the_logs && self.found.iter().any(is_off);
         let of_runs = self.found.iter().flat_map(|found| {
             let unknown = if clocks_are_off { found.clock_is_unknown() } else { None };
-            found.message_with(self.mended, name).into_iter().chain(unknown)
+            found.messages_with(self.mended, name).into_iter().chain(unknown)
         });
-        times.into_iter().chain(alike).chain(of_runs).collect()
+        let copies = self.copies.iter().filter(|group| group.len() > 1).map(|group| {
+            let names: Vec<String> =
+                group.iter().map(|&number| format!("`{}`", self.found[number].name)).collect();
+            format!("runs {} are copies of one estimate: the same motion from pose to pose", names.join(", "))
+        });
+        times.into_iter().chain(alike).chain(copies).chain(of_runs).collect()
     }
 
     /// For each given run, whether it is scored.
     pub fn is_kept(&self) -> Vec<bool> {
-        self.found.iter().map(|found| found.is_kept).collect()
+        self.found.iter().map(Found::is_kept).collect()
     }
 
     /// The vetting part of the report; `name` gives the name of a setting.
     pub fn summary(&self, name: &dyn Fn(SettingName) -> String) -> VetSummary {
         let left_out = |found: &Found| {
-            let reason = found.message_with(self.mended, name).unwrap_or_default();
-            (!found.is_kept).then(|| LeftOutReport { name: found.name.clone(), reason })
+            let reason = found.messages_with(self.mended, name).into_iter().next().unwrap_or_default();
+            (!found.is_kept()).then(|| LeftOutReport { name: found.name.clone(), reason })
         };
         VetSummary {
             left_out: self.found.iter().filter_map(left_out).collect(),
@@ -124,9 +131,13 @@ fn all_sweeps(found: &[Found], holds: impl Fn(&Estimate) -> bool) -> bool {
     seen().next().is_some() && seen().all(|sweep| holds(&sweep))
 }
 
-/// The errors that all runs share, excluded runs aside; none for a single run.
-pub(super) fn alike(found: &[Found]) -> Vec<Estimate> {
-    let scored = || found.iter().filter(|found| found.is_kept);
+/// The errors that all runs share, excluded runs aside; none for the copies of one estimate.
+pub(super) fn alike(found: &[Found], copies: &[Vec<usize>]) -> Vec<Estimate> {
+    let is_scored = |group: &&Vec<usize>| group.iter().any(|&number| found[number].is_kept());
+    if copies.iter().filter(is_scored).count() < 2 {
+        return Vec::new();
+    }
+    let scored = || found.iter().filter(|found| found.is_kept());
     let as_given = scored().filter(|found| found.together_as_read.is_none());
     let calibrations: Vec<&Calibration> = as_given.filter_map(|found| found.calibration.as_ref()).collect();
     if calibrations.len() < scored().count() {

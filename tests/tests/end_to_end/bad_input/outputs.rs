@@ -64,7 +64,6 @@ pub(super) const ROWS: &[Row] = &[
             simulate town -o x.mcap --truth ./x.mcap => 2 output
             score town.mcap {gate} --junit truth.tum => 2 output
             score town.mcap {gate} --junit town.mcap => 2 output
-            score town.mcap -t truth.tum --like result.json {gate} --junit result.json => 2 output
             score town.mcap --report hard.html => 2 output
             score town.mcap --per-frame soft.csv => 2 output
             score town.mcap --per-tile soft.csv => 2 output

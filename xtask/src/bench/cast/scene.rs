@@ -111,7 +111,7 @@ fn scene_of(log: &dyn ScanLog, run: &Trajectory, voxel_m: f64, cast_scans: usize
             work.support.push([surfel.third_lowest, surfel.third_highest]);
         }
     }
-    let starts = report.config.segments.starts_scan;
+    let starts = &report.inputs.runs[0].segments.starts_scan;
     for (frame, rays) in kept.of_frames.into_inner().unwrap_or_else(PoisonError::into_inner) {
         let segment = starts.partition_point(|&start| start <= frame) as i32 - 1;
         for ray in &rays {
@@ -133,7 +133,7 @@ struct Kept {
 impl Sink for Kept {
     fn returns_scored(&self, returns: &ScoredReturns<'_>) {
         let mut of_frames = self.of_frames.lock().unwrap_or_else(PoisonError::into_inner);
-        if let (Some(kept), [run]) = (of_frames.get_mut(&returns.frame), returns.runs) {
+        if let (Some(kept), [Some(run)]) = (of_frames.get_mut(&returns.frame), returns.runs) {
             kept.extend_from_slice(run.rays);
         }
     }

@@ -64,8 +64,12 @@ impl Keep {
             let head = [ordinal, scan, stamp_ns.cast_unsigned(), returns, mark_of(scored)];
             piece.extend_from_slice(head.map(u64::to_le_bytes).as_flattened());
             for run in scored.runs {
-                let kept = |residuals| KeptReturn::of(residuals, self.basis, self.scales).to_bytes();
-                piece.extend(run.residuals.iter().flat_map(kept));
+                let kept = |index: usize| {
+                    let run = run.as_ref().filter(|run| run.is_posed[index]);
+                    let kept = run.map(|run| KeptReturn::of(&run.residuals[index], self.basis, self.scales));
+                    kept.unwrap_or_default().to_bytes()
+                };
+                piece.extend((0..scored.offsets_ns.len()).flat_map(kept));
             }
             self.spool.add(scored.frame as u32, piece)
         })
@@ -118,7 +122,8 @@ fn taken_apart(piece: &[u8]) -> Option<([u64; 4], impl Iterator<Item = &[[u8; Ke
 /// What tells these returns of a scan from as many others: of their ranges and numbers, which are the same in every run. Parts of a
 /// scan add up.
 fn mark_of(scored: &ScoredReturns<'_>) -> u64 {
-    let ranges_m = scored.runs.first().map_or(&[][..], |run| run.rays).iter().map(|ray| ray.range_m);
+    let rays = scored.runs.iter().flatten().next().map_or(&[][..], |run| run.rays);
+    let ranges_m = rays.iter().map(|ray| ray.range_m);
     let numbered = (scored.first as u64..).zip(ranges_m);
     numbered.fold(0, |sum: u64, (number, range_m)| sum.wrapping_add(mixed(range_m.to_bits() ^ mixed(number))))
 }

@@ -62,7 +62,7 @@ impl RunReturns {
         origin: Origin,
         buffers: &Buffers,
     ) -> std::io::Result<()> {
-        let Some(run) = scored.runs.get(self.run) else { return Ok(()) };
+        let Some(Some(run)) = scored.runs.get(self.run) else { return Ok(()) };
         let pose = run.own_from_sensor;
         let mut first = 0;
         let pieces = run.rays.chunks(PIECE_ROWS).zip(run.residuals.chunks(PIECE_ROWS));
@@ -72,7 +72,7 @@ impl RunReturns {
                 let (place, turn) = (pose.translation.vector, pose.rotation.coords);
                 piece.extend(place.iter().chain(turn.iter()).flat_map(|number| number.to_le_bytes()));
                 let after_start_ns = origin.stamp_ns.saturating_sub(origin.start_ns);
-                for index in 0..rays.len() {
+                for index in (0..rays.len()).filter(|index| run.is_posed[first + index]) {
                     let time_ns = after_start_ns.saturating_add(offsets_ns[index]);
                     let ray = &run.own_ray(first + index);
                     let kind = (self.is_fused, self.scales);

@@ -105,20 +105,26 @@ impl Sketch {
         scored: &ScoredReturns<'_>,
         buffers: &Buffers,
     ) -> io::Result<()> {
+        // Drawn is what all runs have.
+        let Some(runs) = scored.runs.iter().map(Option::as_ref).collect::<Option<Vec<_>>>() else {
+            return Ok(());
+        };
         if scored.first == 0 {
-            let poses = scored.runs.iter().map(|run| run.own_from_sensor).collect();
+            let poses = runs.iter().map(|run| run.own_from_sensor).collect();
             lock(&self.frames).entry(frame).or_default().poses = poses;
         }
-        let position = |run: &ScoredRun<'_>| run.own_from_sensor.translation.vector.into();
-        let positions: Vec<[f64; 3]> = scored.runs.iter().map(position).collect();
+        let position = |run: &&ScoredRun<'_>| run.own_from_sensor.translation.vector.into();
+        let positions: Vec<[f64; 3]> = runs.iter().map(position).collect();
         buffers.with(|piece| {
             piece.extend_from_slice(&frame.to_le_bytes());
             let first = scored.first as u64;
             for number in drawn(frame, self.every, first..first + scored.offsets_ns.len() as u64) {
                 let index = (number - first) as usize;
+                if !runs.iter().all(|run| run.is_posed[index]) {
+                    continue;
+                }
                 for (run, basis) in self.bases.iter().enumerate() {
-                    let (ray, residuals) =
-                        (scored.runs[run].own_ray(index), &scored.runs[run].residuals[index]);
+                    let (ray, residuals) = (runs[run].own_ray(index), &runs[run].residuals[index]);
                     let residual_m = match basis {
                         Basis::CrossValidated => residuals.independent_m,
                         // Where nothing is near, what is far is as wrong as can be.

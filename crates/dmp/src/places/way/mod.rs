@@ -7,9 +7,7 @@ use std::collections::{BTreeSet, HashMap};
 
 use crate::places::scans::DriveScans;
 use crate::places::whereabouts::{Whereabouts, distance};
-use crate::plan::Drive;
 use crate::run_poses::RunPoses;
-use crate::segment_length::SegmentLength;
 
 /// Length of a place along the path, metres.
 pub(crate) const LENGTH_M: f64 = 10.0;
@@ -31,19 +29,6 @@ const REVISIT_M: f64 = 20.0;
 /// whole drive in one place neither reads all of it nor crowds out the others.
 const MAX_SCANS: usize = 240;
 const MAX_SCANS_OF_RUN: usize = 120;
-
-/// Path length of the longest segment, metres.
-fn longest_m(drive: &Drive) -> f64 {
-    let last = drive.along_m.len() - 1;
-    let ends = drive.segments.starts.iter().skip(1).chain([&last]);
-    let ways = drive
-        .segments
-        .starts
-        .iter()
-        .zip(ends)
-        .map(|(&start, &end)| drive.along_m[end] - drive.along_m[start]);
-    ways.fold(0.0, f64::max)
-}
 
 /// A stretch of the path with all passes over it.
 #[derive(Debug, Clone, PartialEq)]
@@ -84,16 +69,11 @@ impl Way {
     pub(crate) fn new(scans: &DriveScans<'_>) -> Self {
         let drive = scans.drive();
         let place = |frame, run: &RunPoses| {
-            // Every scan in use has a pose in every run.
+            // Every scan of the drive has a pose in every run.
             run.of_frame(frame).map_or([f64::NAN; 3], |pose| pose.translation.vector.into())
         };
-        let of_run = |run: &RunPoses| drive.frames().iter().map(|frame| place(frame, run)).collect();
-        let segment_m = match drive.segments.length {
-            Some(SegmentLength::Metres(m)) => m.max(LENGTH_M),
-            // The path length of the longest.
-            Some(SegmentLength::Seconds(_) | SegmentLength::Scans(_)) => longest_m(drive).max(LENGTH_M),
-            None => LENGTH_M,
-        };
+        let of_run = |run: &RunPoses| drive.frames.iter().map(|frame| place(frame, run)).collect();
+        let segment_m = drive.longest_m.max(LENGTH_M);
         let places_m = scans.poses().map(of_run).collect();
         Self::of(drive.along_m.clone(), places_m, scans.groups(), segment_m)
     }
@@ -106,13 +86,6 @@ impl Way {
 
     pub(crate) fn radius_m(&self) -> f64 {
         self.radius_m
-    }
-
-    /// The longest pass through a place: consecutive scans.
-    pub(crate) fn pass_of<'p>(&self, place: &'p PlaceScans) -> &'p [usize] {
-        let follows =
-            |a: &usize, b: &usize| self.along_m[*b] - self.along_m[*a] <= MOST_LEFT_OUT_M + SPACING_M;
-        place.read.chunk_by(follows).max_by_key(|pass| pass.len()).unwrap_or_default()
     }
 
     /// Cuts the path into places, in their order along it; later passes join existing places. `O(scans)`
