@@ -50,7 +50,7 @@ impl Sink for Clouds {
                 let kept = (0..run.rays.len()).filter(|&k| kept(k));
                 kept.map(|k| run.own_ray(k).endpoint_in_world()).collect()
             };
-            scored.runs.iter().map(of_run).collect()
+            scored.runs.iter().flatten().map(of_run).collect()
         };
         // By a hash: every n-th return would be of the same beams in every scan.
         let in_frame = |k: usize| mix(mix(scored.frame as u64) ^ (scored.first + k) as u64);

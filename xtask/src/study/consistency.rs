@@ -37,9 +37,10 @@ impl Sightings {
 
     /// Of a part of a frame; the first run is the truth.
     pub(super) fn of(scored: &ScoredReturns<'_>) -> Self {
-        let mut seen = Self::new(scored.runs.len());
+        let runs: Vec<_> = scored.runs.iter().flatten().collect();
+        let mut seen = Self::new(runs.len());
         for index in 0..scored.offsets_ns.len() {
-            let ray = scored.runs[0].own_ray(index);
+            let ray = runs[0].own_ray(index);
             // Directions distinguish a frame's returns, in whatever parts they come.
             let d = ray.direction_in_world;
             let hash = mix(mix(mix(scored.frame as u64 ^ d[0].to_bits()) ^ d[1].to_bits()) ^ d[2].to_bits());
@@ -48,10 +49,10 @@ impl Sightings {
             }
             let truth = ray.endpoint_in_world();
             let displacement = |run: usize| {
-                let end = scored.runs[run].own_ray(index).endpoint_in_world();
+                let end = runs[run].own_ray(index).endpoint_in_world();
                 std::array::from_fn(|k| (end[k] - truth[k]) as f32)
             };
-            let displacement_m = (0..scored.runs.len()).map(displacement).collect();
+            let displacement_m = (0..runs.len()).map(displacement).collect();
             let place = truth.map(|c| (c / PLACE_M).floor() as i64);
             seen.keep(place, hash, Sighting { frame: scored.frame, displacement_m });
         }

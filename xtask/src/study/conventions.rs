@@ -10,6 +10,7 @@ use dmp_sensor::{Isometry3, Trajectory, Vector3};
 use super::drives::{drives, find};
 use super::estimates::simulated;
 use super::logs::DriveLog;
+use super::noisy;
 use super::restamped;
 use super::rooms::room;
 
@@ -39,6 +40,8 @@ enum Part {
     Together,
     /// Correct runs
     Right,
+    /// Correct runs with noise, of poses at several rates
+    Noise,
     /// Runs of an odometry
     Odometry,
 }
@@ -65,6 +68,9 @@ pub(super) fn run(arguments: &ConventionsArgs) -> anyhow::Result<()> {
     }
     if wanted(Part::Right) {
         right(arguments)?;
+    }
+    if wanted(Part::Noise) {
+        noisy::print(&arguments.out, arguments.data.as_deref())?;
     }
     if wanted(Part::Odometry) {
         restamped::print(&arguments.out)?;
@@ -208,7 +214,7 @@ impl World<'_> {
     /// Runs with errors of their poses alone.
     fn right(&self, runs: &[Run]) -> anyhow::Result<()> {
         let vetted = vet(self.log, runs, &Config::default(), false, &())?;
-        let excluded = vetted.found.iter().filter(|found| found.left_out.is_some()).count();
+        let excluded = vetted.found.iter().filter(|found| !found.is_kept()).count();
         let (mut reported, mut little) = (Vec::new(), Vec::new());
         for found in &vetted.found {
             let Some(calibration) = &found.calibration else { continue };

@@ -1,7 +1,7 @@
 //! `cargo xtask study drift`: drift measured at revisits, beside the truth.
 
 use anyhow::Context as _;
-use dmp::{Config, DriftPairs, DriftReach, DriftReport, Run, VisitReport, measure_drift};
+use dmp::{Config, DriftPairs, DriftReach, Run, RunDrift, VisitReport, measure_drift};
 use dmp_log::ScanLog;
 use dmp_sensor::{Isometry3, Matrix3, Trajectory, Vector3};
 use dmp_truth::rank::spearman_rho;
@@ -16,9 +16,6 @@ use super::logs::DriveLog;
 pub(super) struct DriftArgs {
     #[command(flatten)]
     chosen: Chosen,
-    /// Measure all estimates of a drive together, so that they share their starts
-    #[arg(long)]
-    together: bool,
     /// Search visits and starts further off, as `dmp drift --far` does
     #[arg(long)]
     far: bool,
@@ -58,6 +55,8 @@ struct Row {
     kind: EstimateKind,
     ate_m: f64,
     pairs: usize,
+    /// Pairs where no registration fits.
+    lost: usize,
     /// Of each answer in all directions, how far it is from what is true, metres; whether that is wrong; and its three
     /// components within 3σ.
     answers: Vec<Answer>,
@@ -76,7 +75,7 @@ struct Answer {
 }
 
 impl Row {
-    const HEAD: &str = "estimate           ATE [m]  pairs  answers  RMS measured  RMS true [m]  ratio  wrong  in 3 sigma     in part, wrong";
+    const HEAD: &str = "estimate           ATE [m]  pairs   lost  answers  RMS measured  RMS true [m]  ratio  wrong  in 3 sigma     in part, wrong";
 }
 
 impl std::fmt::Display for Row {
@@ -86,10 +85,11 @@ impl std::fmt::Display for Row {
         let [measured, truth] = [self.rms_m, self.true_rms_m].map(|m| m.unwrap_or(f64::NAN));
         write!(
             f,
-            "{:<18} {:>7.3}  {:>5}  {:>7}  {measured:>12.4}  {truth:>12.4}  {:>5.2}  {wrong:>5}  {within:>4} of {:<4} {:>8}, {}",
+            "{:<18} {:>7.3}  {:>5}  {:>5}  {:>7}  {measured:>12.4}  {truth:>12.4}  {:>5.2}  {wrong:>5}  {within:>4} of {:<4} {:>8}, {}",
             self.name,
             self.ate_m,
             self.pairs,
+            self.lost,
             self.answers.len(),
             measured / truth,
             3 * self.answers.len(),
@@ -106,40 +106,30 @@ fn drive(spec: &DriveSpec, arguments: &DriftArgs) -> anyhow::Result<Vec<Row>> {
     let runs: Vec<Run> = estimates.iter().map(|e| Run::new(&e.name, e.trajectory.clone())).collect();
     let drift_reach = if arguments.far { DriftReach::Far } else { DriftReach::Near };
     let config = Config { drift: DriftPairs::All, drift_reach, ..Config::default() };
-    let groups: Vec<&[Run]> = if arguments.together { vec![&runs] } else { runs.chunks(1).collect() };
     let mut rows = Vec::new();
-    let mut begun = estimates.iter();
-    for group in groups {
-        let report = measure_drift(log.as_ref(), group, &config, ())?;
-        for (run, estimate) in begun.by_ref().take(group.len()).enumerate() {
-            let judged = Judged { log: log.as_ref(), truth: &fine, estimate: &estimate.trajectory };
-            let row = row(&report, run, estimate, &judged, arguments.each)?;
-            println!("{row}");
-            rows.push(row);
-        }
+    for (run, estimate) in estimates.iter().enumerate() {
+        // One by one, so that the rows come while it runs: a run's numbers are the same in company.
+        let report = measure_drift(log.as_ref(), &runs[run..=run], &config, ())?;
+        let judged = Judged { log: log.as_ref(), truth: &fine, estimate: &estimate.trajectory };
+        let row = row(&report.runs[0], estimate, &judged, arguments.each)?;
+        println!("{row}");
+        rows.push(row);
     }
     Ok(rows)
 }
 
-fn row(
-    report: &DriftReport,
-    run: usize,
-    estimate: &Estimate,
-    judged: &Judged<'_>,
-    each: bool,
-) -> anyhow::Result<Row> {
+fn row(of_run: &RunDrift, estimate: &Estimate, judged: &Judged<'_>, each: bool) -> anyhow::Result<Row> {
     let (mut answers, mut in_part) = (Vec::new(), [0, 0]);
-    for visit in &report.visits {
-        let of_run = &visit.runs[run];
+    for visit in &of_run.visits {
         let (Some(off), Some(seven), Some(covariance)) =
-            (&of_run.off, of_run.first_from_second, of_run.covariance)
+            (&visit.off, visit.first_from_second, visit.covariance)
         else {
             if each {
                 println!(
                     "    {} {}: {}",
                     visit.first.scan,
                     visit.second.scan,
-                    of_run.why_not.as_deref().unwrap_or("")
+                    visit.why_not.as_deref().unwrap_or("")
                 );
             }
             continue;
@@ -180,8 +170,9 @@ fn row(
         name: estimate.name.clone(),
         kind: estimate.kind,
         ate_m: ate_m(&estimate.trajectory, judged.truth)?,
-        pairs: report.visits.len(),
-        rms_m: report.runs[run].rms_m.value,
+        pairs: of_run.visits.len(),
+        lost: of_run.pairs_lost,
+        rms_m: of_run.rms_m.value,
         in_part,
         true_rms_m: (!answers.is_empty()).then(|| (squares / answers.len() as f64).sqrt()),
         answers,
@@ -267,6 +258,11 @@ fn summary(rows: &[Row]) {
     let pairs: usize = rows.iter().map(|row| row.pairs).sum();
     println!("\n{} runs, {pairs} pairs, {} answers", rows.len(), answers.len());
     println!("wrong: {wrong} ({:.2} %)", 100.0 * wrong as f64 / answers.len() as f64);
+    let lost_of = |is_truth: bool| {
+        let of = rows.iter().filter(|row| (row.kind == EstimateKind::Truth) == is_truth);
+        of.map(|row| row.lost).sum::<usize>()
+    };
+    println!("lost: {} pairs of estimates, {} of the truth", lost_of(false), lost_of(true));
     println!("components within 3 sigma: {:.4}", within as f64 / (3 * answers.len()) as f64);
     let mut sigmas: Vec<f64> = answers.iter().flat_map(|answer| answer.sigmas).collect();
     sigmas.sort_by(f64::total_cmp);
@@ -274,6 +270,7 @@ fn summary(rows: &[Row]) {
     let biases = |is_noise: bool| {
         let of = rows.iter().filter(|row| {
             matches!(row.kind, EstimateKind::Noise | EstimateKind::Mixed) == is_noise
+                && row.lost == 0
                 && row.true_rms_m.is_some_and(|m| m >= LEAST_M)
         });
         of.filter_map(|row| Some((row.rms_m? / row.true_rms_m? - 1.0, &row.name))).collect::<Vec<_>>()

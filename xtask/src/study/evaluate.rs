@@ -35,7 +35,7 @@ pub(super) fn evaluate(spec: &DriveSpec, work: &Path) -> anyhow::Result<DriveRes
         .with_context(|| spec.name.to_owned())?;
     let observed = observer.finish();
 
-    let starts = &report.config.segments.starts_scan;
+    let starts = &report.inputs.runs[0].segments.starts_scan;
     let segment_of = |frame: usize| starts.partition_point(|&start| start <= frame) as i64 - 1;
     let any = observed.sightings.inconsistency_m(|_, _| true);
     let apart = observed.sightings.inconsistency_m(|a, b| (segment_of(a) - segment_of(b)).abs() > 1);

@@ -12,9 +12,9 @@ mod export;
 mod interval;
 mod judge;
 mod logs;
+mod noisy;
 mod null;
 mod observe;
-mod peers;
 mod repair;
 mod restamped;
 mod result;
@@ -42,7 +42,6 @@ enum StudyTask {
     Drift(drift::DriftArgs),
     Repair(repair::RepairArgs),
     Conventions(conventions::ConventionsArgs),
-    Peers(peers::PeersArgs),
     /// Write a drive as a folder of scans with times, and its truth beside it as FOLDER.truth.tum
     ///
     /// xtask/odometry/odometry.py reads the folder.
@@ -62,7 +61,6 @@ pub(crate) fn run(arguments: &StudyArgs) -> anyhow::Result<()> {
         StudyTask::Drift(arguments) => drift::run(arguments),
         StudyTask::Repair(arguments) => repair::run(arguments),
         StudyTask::Conventions(arguments) => conventions::run(arguments),
-        StudyTask::Peers(arguments) => peers::run(arguments),
         StudyTask::Export { drive, output } => export::export(&drives::find(drive)?, output),
     }
 }

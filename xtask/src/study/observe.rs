@@ -106,6 +106,7 @@ impl Observer {
 
 impl Sink for Observer {
     fn returns_scored(&self, scored: &ScoredReturns<'_>) {
+        let scored_runs: Vec<_> = scored.runs.iter().flatten().collect();
         let pair_count = pairs(self.runs).count();
         let lock_frames = || self.frames.lock().unwrap_or_else(PoisonError::into_inner);
         let lock_surfaces = || self.surfaces.lock().unwrap_or_else(PoisonError::into_inner);
@@ -117,7 +118,7 @@ impl Sink for Observer {
         let mut squares = vec![OfScores::default(); self.runs];
         for index in 0..scored.offsets_ns.len() {
             frame.returns += 1.0;
-            for ((run, squares), sums) in scored.runs.iter().zip(&mut squares).zip(&mut frame.runs) {
+            for ((run, squares), sums) in scored_runs.iter().zip(&mut squares).zip(&mut frame.runs) {
                 *squares = squares_of(&run.residuals[index]);
                 for (sum, square_m2) in sums.iter_mut().zip(squares.iter()) {
                     sum.sum_m2 += square_m2.unwrap_or(0.0);
@@ -125,7 +126,7 @@ impl Sink for Observer {
                 }
             }
             for (((a, b), sums), surfaces) in pairs(self.runs).zip(&mut frame.pairs).zip(&mut surfaces) {
-                let surface = |run: usize| scored.runs[run].residuals[index].surfaces[0];
+                let surface = |run: usize| scored_runs[run].residuals[index].surfaces[0];
                 let off_m2 = |run: usize| squares[run][0].unwrap_or(0.0);
                 let group = match off_m2(a).total_cmp(&off_m2(b)) {
                     Ordering::Greater => surface(a),

@@ -161,7 +161,7 @@ fn true_constraints(log: &dyn ScanLog, truth: &Trajectory) -> anyhow::Result<Vec
             information: PoseGraph::information_of(TRUE_M, TRUE_RAD),
         })
     };
-    Ok(report.visits.iter().filter_map(edge).collect())
+    Ok(report.runs.iter().flat_map(|run| &run.visits).filter_map(edge).collect())
 }
 
 fn print(rows: &[Row]) {

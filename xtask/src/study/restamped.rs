@@ -84,7 +84,7 @@ fn mends(mends: &[Mend]) -> String {
 
 /// How much later than its stamps a run's poses are taken to hold.
 fn shift_ns(run: &Run, log: &LogSummary) -> i64 {
-    run.pose_at.after_stamp_ns(log) - run.time_offset_ns.unwrap_or(0)
+    run.instant().after_stamp_ns(log) - run.time_offset_ns.unwrap_or(0)
 }
 
 fn words(verdict: &Verdict) -> String {

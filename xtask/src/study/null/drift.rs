@@ -42,7 +42,7 @@ pub(super) fn count(log: &NullLog, set: &Set) -> anyhow::Result<Counts> {
             None => {}
         }
     }
-    println!("{:<14}{:<24}{counts}; {} pairs of visits", log.name, set.name, report.pairs_measured);
+    println!("{:<14}{:<24}{counts}", log.name, set.name);
     Ok(counts)
 }
 
