@@ -11,6 +11,8 @@ use crate::mount::Mount;
 use crate::planes::Equations;
 use crate::sample::Block;
 
+/// The mean of two noisy poses has half of their variance: no shift in time leaves less of the mean square by noise alone.
+const MOST_BY_MEANS: f64 = 0.5;
 /// Fewer blocks give no interval.
 const FEWEST_BLOCKS: usize = 3;
 
@@ -58,7 +60,8 @@ impl Interval {
 }
 
 /// Whether surfaces are thinner with `fixed` than with `given`, and not as much thinner with `opposite`, beyond doubt: of
-/// what is gained with the one, less than half is gained with the other.
+/// what is gained with the one, less than half is gained with the other. Twice an error that is so large that surfaces
+/// fall apart makes them no thicker than once; but what more than halves the square is no mean of poses.
 pub(crate) fn is_shown(
     blocks: &[Block],
     mount: &Mount<'_>,
@@ -72,7 +75,7 @@ pub(crate) fn is_shown(
         given.iter().zip(&fixed).zip(&opposite).map(|((a, b), c)| [a, b, c]).collect();
     let seen: Vec<_> = all.into_iter().filter(|three| three.iter().all(|one| one.weight > 0.0)).collect();
     let thickness_m2 = |three: &[[f64; 2]; 3], of: usize| three[of][0] / three[of][1];
-    let more_than_half = |blocks: &mut dyn Iterator<Item = &[&Equations; 3]>| {
+    let sums_of = |blocks: &mut dyn Iterator<Item = &[&Equations; 3]>| {
         let mut sums = [[0.0; 2]; 3];
         for block in blocks {
             for (sum, one) in sums.iter_mut().zip(block) {
@@ -80,8 +83,16 @@ pub(crate) fn is_shown(
                 sum[1] += one.weight;
             }
         }
+        sums
+    };
+    let more_than_half = |blocks: &mut dyn Iterator<Item = &[&Equations; 3]>| {
+        let sums = sums_of(blocks);
         thickness_m2(&sums, 2) - 0.5 * (thickness_m2(&sums, 0) + thickness_m2(&sums, 1))
     };
+    let sums = sums_of(&mut seen.iter());
+    if thickness_m2(&sums, 1) < MOST_BY_MEANS * thickness_m2(&sums, 0) {
+        return true;
+    }
     Interval::of(&seen, confidence, more_than_half).is_some_and(|one| one.low() > 0.0)
 }
 

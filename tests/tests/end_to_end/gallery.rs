@@ -126,10 +126,6 @@ fn arguments(folder: &Path, name: &str) -> String {
             made("simulate errors @/truth.tum --collapse 0.5 -o run.tum");
             beside_truth("-t run.tum")
         }
-        "An error of scale of 1 %" => {
-            made("simulate errors @/truth.tum --scale 1.01 -o scale.tum");
-            beside_truth("-t scale.tum")
-        }
         "No revisit" => {
             made(
                 "simulate town --route one-way --scans 100 --rate 2 --azimuth-steps 300 -o way.mcap --truth way.tum",

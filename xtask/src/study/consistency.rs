@@ -35,11 +35,14 @@ impl Sightings {
         Self { runs, places: HashMap::new() }
     }
 
-    /// Of a part of a frame; the first run is the truth.
+    /// Of a part of a frame, the returns with a pose in every run; the first run is the truth.
     pub(super) fn of(scored: &ScoredReturns<'_>) -> Self {
-        let runs: Vec<_> = scored.runs.iter().flatten().collect();
-        let mut seen = Self::new(runs.len());
-        for index in 0..scored.offsets_ns.len() {
+        let mut seen = Self::new(scored.runs.len());
+        let Some(runs) = scored.runs.iter().map(Option::as_ref).collect::<Option<Vec<_>>>() else {
+            return seen;
+        };
+        let is_posed = |&index: &usize| runs.iter().all(|run| run.is_posed[index]);
+        for index in (0..scored.offsets_ns.len()).filter(is_posed) {
             let ray = runs[0].own_ray(index);
             // Directions distinguish a frame's returns, in whatever parts they come.
             let d = ray.direction_in_world;

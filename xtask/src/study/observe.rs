@@ -99,14 +99,13 @@ impl Observer {
             frames: frames.into_iter().flatten().map(|frame| *frame).collect(),
             surfaces: surfaces.into_iter().map(|of_pair| of_pair.into_values().collect()).collect(),
             sightings: self.sightings.into_inner().unwrap_or_else(PoisonError::into_inner),
-            clouds: self.clouds.finish().thinned,
+            clouds: self.clouds.finish(),
         }
     }
 }
 
 impl Sink for Observer {
     fn returns_scored(&self, scored: &ScoredReturns<'_>) {
-        let scored_runs: Vec<_> = scored.runs.iter().flatten().collect();
         let pair_count = pairs(self.runs).count();
         let lock_frames = || self.frames.lock().unwrap_or_else(PoisonError::into_inner);
         let lock_surfaces = || self.surfaces.lock().unwrap_or_else(PoisonError::into_inner);
@@ -118,15 +117,17 @@ impl Sink for Observer {
         let mut squares = vec![OfScores::default(); self.runs];
         for index in 0..scored.offsets_ns.len() {
             frame.returns += 1.0;
-            for ((run, squares), sums) in scored_runs.iter().zip(&mut squares).zip(&mut frame.runs) {
-                *squares = squares_of(&run.residuals[index]);
+            for ((run, squares), sums) in scored.runs.iter().zip(&mut squares).zip(&mut frame.runs) {
+                let posed = run.as_ref().filter(|run| run.is_posed[index]);
+                *squares = posed.map_or([None; SCORES], |run| squares_of(&run.residuals[index]));
                 for (sum, square_m2) in sums.iter_mut().zip(squares.iter()) {
                     sum.sum_m2 += square_m2.unwrap_or(0.0);
                     sum.returns += f64::from(u8::from(square_m2.is_some()));
                 }
             }
             for (((a, b), sums), surfaces) in pairs(self.runs).zip(&mut frame.pairs).zip(&mut surfaces) {
-                let surface = |run: usize| scored_runs[run].residuals[index].surfaces[0];
+                let of_run = |run: usize| scored.runs[run].map(|run| run.residuals[index].surfaces[0]);
+                let surface = |run: usize| of_run(run).unwrap_or_default();
                 let off_m2 = |run: usize| squares[run][0].unwrap_or(0.0);
                 let group = match off_m2(a).total_cmp(&off_m2(b)) {
                     Ordering::Greater => surface(a),

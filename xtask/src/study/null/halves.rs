@@ -96,7 +96,8 @@ impl Sink for Sums {
     fn returns_scored(&self, scored: &ScoredReturns<'_>) {
         let mut groups: BTreeMap<SurfaceGroup, [Both; SCALES]> = BTreeMap::new();
         let mut frame = [Both::default(); SCALES];
-        for residuals in scored.runs.iter().flatten().flat_map(|run| run.residuals) {
+        let posed = scored.runs.iter().flatten().flat_map(|run| run.residuals.iter().zip(run.is_posed));
+        for (residuals, _) in posed.filter(|(_, is_posed)| **is_posed) {
             let Some(residual_m) = residuals.independent_m else { continue };
             let group = groups.entry(residuals.surfaces[0]).or_default();
             for (k, scale_m) in self.scales.lengths().cv_m[1..].iter().enumerate() {
