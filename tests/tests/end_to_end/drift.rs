@@ -162,7 +162,7 @@ fn a_street_that_looks_the_same_everywhere_gives_no_wrong_number() {
             answers += 1;
         }
     }
-    assert!(answers >= 3 && ambiguous >= 10, "{answers} answers, {ambiguous} ambiguous");
+    assert!(answers >= 3 && ambiguous >= 5, "{answers} answers, {ambiguous} ambiguous");
 }
 
 /// Nothing holds a place along a tunnel: sideways and upwards are measured, how far along is not.
@@ -345,9 +345,11 @@ fn differences(a: &DriftReport, b: &DriftReport, most_ns: u64) -> Vec<[f64; 2]> 
     differences
 }
 
-/// Half of the scans measure what the rest measures, pair by pair, mostly to a centimetre.
-fn agree(a: &DriftReport, b: &DriftReport, most_ns: u64, most_m: f64) {
-    let differences = differences(a, b, most_ns);
+/// Parts of the scans measure what all measure, pair by pair, mostly to a centimetre.
+fn agree(parts: &[&DriftReport], all: &DriftReport, most_ns: u64, most_m: f64) {
+    let mut differences: Vec<[f64; 2]> =
+        parts.iter().flat_map(|part| differences(part, all, most_ns)).collect();
+    differences.sort_by(|a, b| a[0].total_cmp(&b[0]));
     assert!(differences.len() >= 3, "{differences:?}");
     let median_m = differences[differences.len() / 2][0];
     assert!(
@@ -370,5 +372,5 @@ fn odd_and_even_scans_of_a_real_run_agree() {
         )
     });
     // Visits are a few scans apart, as their middle one is in one half only.
-    [&odd, &all].into_iter().for_each(|other| agree(&even, other, 12_000_000_000, 0.01));
+    agree(&[&even, &odd], &all, 12_000_000_000, 0.01);
 }
