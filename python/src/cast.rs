@@ -7,6 +7,7 @@ use std::sync::{Mutex, PoisonError};
 
 use dmp_cast::{Answer, CastBuffers, Caster, Query};
 use dmp_map::{MapError, Store};
+use dmp_sensor::Ray;
 use dmp_sensor::{Isometry3, Point3, Vector3};
 use rayon::ThreadPool;
 
@@ -35,9 +36,11 @@ impl Rays<'_> {
     #[inline]
     fn query(&self, ray: usize) -> Query {
         Query {
-            origin_in_world_m: (self.world_from_own * Point3::from(self.origins[ray])).into(),
-            direction_in_world: (self.world_from_own * unit(self.directions[ray])).into(),
-            measured_m: self.measured_m.map_or(f64::INFINITY, |ranges| ranges[ray]),
+            ray: Ray {
+                origin_in_world: (self.world_from_own * Point3::from(self.origins[ray])).into(),
+                direction_in_world: (self.world_from_own * unit(self.directions[ray])).into(),
+                range_m: self.measured_m.map_or(f64::INFINITY, |ranges| ranges[ray]),
+            },
             segment: self.segments.map(|segments| segments[ray]),
         }
     }

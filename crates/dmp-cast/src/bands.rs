@@ -59,8 +59,8 @@ impl Bands {
     /// Sector (3 bits), shell and band (12), azimuth in the sector (9).
     #[inline(always)]
     pub(crate) fn key_of(&self, query: &Query) -> u32 {
-        let [x, y, z] = query.direction_in_world.map(|c| c as f32);
-        let range = (query.measured_m as f32 * self.heights_per_m).clamp(FIRST_SHELL, LAST_SHELL);
+        let [x, y, z] = query.ray.direction_in_world.map(|c| c as f32);
+        let range = (query.ray.range_m as f32 * self.heights_per_m).clamp(FIRST_SHELL, LAST_SHELL);
         let shell = ((range.to_bits() >> 23) - (FIRST_SHELL.to_bits() >> 23)) as usize % 16;
         let (count, start) = (self.counts[shell.min(SHELLS - 1)], self.starts[shell.min(SHELLS - 1)]);
         let band = (start + ((1.0 + z) * 0.5 * count).min(count - 1.0)) as u32;
@@ -92,7 +92,7 @@ fn step_between(queries: &[Query]) -> f32 {
     let pairs = queries.windows(2).step_by(stride).take(PAIRS);
     let mut count = 0;
     for (step2, pair) in steps2.iter_mut().zip(pairs) {
-        let [a, b] = [&pair[0], &pair[1]].map(|q| q.direction_in_world);
+        let [a, b] = [&pair[0], &pair[1]].map(|q| q.ray.direction_in_world);
         let along = [0, 1, 2].map(|k| (a[k] - b[k]) as f32);
         let step_here2: f32 = along.iter().map(|step| step * step).sum();
         if step_here2 > 0.0 {

@@ -17,6 +17,7 @@
 //!
 //! ```
 //! use dmp_cast::{CastBuffers, CastSettings, Caster, Query};
+//! use dmp_sensor::Ray;
 //! use dmp_map::{Durability, FuseBuffers, Lattice, MapFuser, Origin, Store};
 //!
 //! // A wall at x = 5.02 m, fused into a map.
@@ -29,15 +30,10 @@
 //!
 //! // A ray along x, and one that looks away.
 //! let caster = Caster::new(Store::open(&path)?, CastSettings::default(), 256 << 20);
-//! let towards = Query {
-//!     origin_in_world_m: [0.0, 2.5, 2.0],
-//!     direction_in_world: [1.0, 0.0, 0.0],
-//!     measured_m: 5.3,
-//!     segment: None,
-//! };
-//! let away = Query { direction_in_world: [-1.0, 0.0, 0.0], ..towards };
+//! let towards = Ray { origin_in_world: [0.0, 2.5, 2.0], direction_in_world: [1.0, 0.0, 0.0], range_m: 5.3 };
+//! let away = Ray { direction_in_world: [-1.0, 0.0, 0.0], ..towards };
 //! let mut answers = Vec::new();
-//! caster.cast(&[towards, away], &mut answers, &mut CastBuffers::default())?;
+//! caster.cast(&[towards, away].map(|ray| Query { ray, segment: None }), &mut answers, &mut CastBuffers::default())?;
 //! assert!((answers[0].first_m.unwrap_or_default() - 5.02).abs() < 1e-3);
 //! assert_eq!(answers[1].first_m, None);
 //! # Ok::<(), Box<dyn std::error::Error>>(())

@@ -57,9 +57,9 @@ impl Order {
         self.other.resize(queries.len(), 0);
         let mut start = 0;
         let Some(first) = queries.first() else { return };
-        let (mut place, mut segment) = (first.origin_in_world_m, first.segment);
+        let (mut place, mut segment) = (first.ray.origin_in_world, first.segment);
         for (index, query) in queries.iter().enumerate() {
-            let origin = query.origin_in_world_m;
+            let origin = query.ray.origin_in_world;
             let is_near = |k: usize| (origin[k] - place[k]).abs() <= ORIGINS_M;
             let same_segment = query.segment == segment;
             if !(is_near(0) & is_near(1) & is_near(2) & same_segment) {
@@ -137,11 +137,15 @@ impl Order {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use dmp_sensor::Ray;
     use proptest::prelude::*;
 
     fn query(azimuth: f64, elevation: f64, measured_m: f64) -> Query {
         let d = [azimuth.cos() * elevation.cos(), azimuth.sin() * elevation.cos(), elevation.sin()];
-        Query { origin_in_world_m: [0.0; 3], direction_in_world: d, measured_m, segment: None }
+        Query {
+            ray: Ray { origin_in_world: [0.0; 3], direction_in_world: d, range_m: measured_m },
+            segment: None,
+        }
     }
 
     const RADIUS_M: f32 = 0.16;
@@ -203,7 +207,7 @@ mod tests {
         let (mut start, mut packets) = (0, Vec::new());
         while start < order.len() {
             let packet = order.packet(start);
-            let of = |index: u64| queries[index as u32 as usize].direction_in_world;
+            let of = |index: u64| queries[index as u32 as usize].ray.direction_in_world;
             let extent = |angle: fn([f64; 3]) -> f64| {
                 let angles = packet.iter().map(|&entry| angle(of(entry)));
                 let (least, most) =

@@ -1,18 +1,15 @@
 //! The query along a ray, and its answer.
 
 use dmp_map::Independence;
+use dmp_sensor::Ray;
 
-/// A ray and its measured range. A ray that begins beyond ±5e7 m, where no map is, or whose direction is no unit
+/// A ray to cast. A ray that begins beyond ±5e7 m, where no map is, or whose direction is no unit
 /// vector, finds nothing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(align(64))] // Rays are read out of order: each from one cache line.
 pub struct Query {
-    /// Origin of the ray, world frame, metres.
-    pub origin_in_world_m: [f64; 3],
-    /// Unit direction, world frame.
-    pub direction_in_world: [f64; 3],
-    /// The measured range z, metres.
-    pub measured_m: f64,
+    /// The ray, and the measured range z.
+    pub ray: Ray,
     /// Segment of the drive in which it was measured; `None` for a map without segments, where no surfel is
     /// independent.
     pub segment: Option<i32>,

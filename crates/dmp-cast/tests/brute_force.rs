@@ -8,6 +8,7 @@
 
 use dmp_cast::{Answer, CastBuffers, CastSettings, Caster, Grouping, Path, Query, Wanted};
 use dmp_map::{Durability, FuseBuffers, Independence, Lattice, LooseSurfels, MapFuser, Store, WorldSurfel};
+use dmp_sensor::Ray;
 use proptest::prelude::*;
 
 const TOLERANCE_M: f64 = 1e-3;
@@ -74,7 +75,7 @@ fn crossings<'a>(
     radius_m: f64,
     slack: f64,
 ) -> impl Iterator<Item = (f64, &'a Disc)> {
-    let (o, d) = (query.origin_in_world_m, query.direction_in_world);
+    let (o, d) = (query.ray.origin_in_world, query.ray.direction_in_world);
     discs.iter().filter_map(move |disc| {
         let to: [f64; 3] = std::array::from_fn(|k| disc.centre[k] - o[k]);
         let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
@@ -99,16 +100,16 @@ fn brute_force(discs: &[Disc], query: &Query, settings: &CastSettings, radius_m:
     };
     for (t, disc) in crossings(discs, query, settings, radius_m, slack) {
         answer.first_m = smaller(answer.first_m, t);
-        let gap = (t - query.measured_m).abs();
+        let gap = (t - query.ray.range_m).abs();
         if gap < settings.window_m + slack
-            && answer.nearest_m.is_none_or(|nearest| gap < (nearest - query.measured_m).abs())
+            && answer.nearest_m.is_none_or(|nearest| gap < (nearest - query.ray.range_m).abs())
         {
             answer.nearest_m = Some(t);
         }
         if independent(disc, settings.reach) {
             answer.independent_m = smaller(answer.independent_m, t);
         }
-        let at_place = t <= query.measured_m + settings.return_m + slack;
+        let at_place = t <= query.ray.range_m + settings.return_m + slack;
         answer.revisited |= at_place && independent(disc, settings.revisit_reach);
     }
     answer
@@ -132,7 +133,7 @@ fn check_normal(
     assert_eq!(first_m.is_some(), normal.is_some(), "{query:?}");
     let (Some(first_m), Some(normal)) = (first_m, normal.map(|n| n.map(f64::from))) else { return };
     let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-    assert!(dot(normal, query.direction_in_world) <= 0.0, "{query:?} {normal:?}");
+    assert!(dot(normal, query.ray.direction_in_world) <= 0.0, "{query:?} {normal:?}");
     let there = crossings(discs, query, settings, radius_m, 1e-4);
     let mut there = there.filter(|(t, _)| (t - first_m).abs() <= TOLERANCE_M);
     assert!(there.any(|(_, disc)| dot(disc.normal, normal).abs() > 1.0 - 1e-6), "{query:?} {normal:?}");
@@ -171,7 +172,7 @@ fn check(store: Store, queries: &[Query], settings: CastSettings, budget_bytes: 
         check_normal(&discs, query, &settings, radius_m, found.first_m, *normal);
         let surely = brute_force(&discs, query, &settings, radius_m, -1e-4);
         let perhaps = brute_force(&discs, query, &settings, radius_m, 1e-4);
-        let gap = |a: &Answer| a.nearest_m.map(|t| (t - query.measured_m).abs());
+        let gap = |a: &Answer| a.nearest_m.map(|t| (t - query.ray.range_m).abs());
         let fine = between(perhaps.first_m, found.first_m, surely.first_m)
             && between(perhaps.independent_m, found.independent_m, surely.independent_m)
             && between(gap(&perhaps), gap(found), gap(&surely))
@@ -198,9 +199,11 @@ fn random_queries(random: &mut Random, offset: [f64; 3], count: usize) -> Vec<Qu
             let origin =
                 [random.between(-45.0, 75.0), random.between(-45.0, 75.0), random.between(-3.0, 3.0)];
             Query {
-                origin_in_world_m: std::array::from_fn(|k| origin[k] + offset[k]),
-                direction_in_world: d,
-                measured_m: random.between(1.5, 60.0),
+                ray: Ray {
+                    origin_in_world: std::array::from_fn(|k| origin[k] + offset[k]),
+                    direction_in_world: d,
+                    range_m: random.between(1.5, 60.0),
+                },
                 segment: Some(random.between(0.0, 31.0) as i32),
             }
         })
@@ -220,9 +223,11 @@ fn scan_queries(
         let share = step as f64 / steps as f64;
         let (heading, up) = (share * std::f64::consts::TAU, (ring as f64 / rings as f64 - 0.6) * 0.4);
         Query {
-            origin_in_world_m: [offset[0] + x + 0.8 * share, offset[1] + y - 0.3 * share, offset[2] + 1.5],
-            direction_in_world: [heading.cos() * up.cos(), heading.sin() * up.cos(), up.sin()],
-            measured_m: random.between(4.0, 6.0) * 1.5f64.powi((step / 40 % 5) as i32),
+            ray: Ray {
+                origin_in_world: [offset[0] + x + 0.8 * share, offset[1] + y - 0.3 * share, offset[2] + 1.5],
+                direction_in_world: [heading.cos() * up.cos(), heading.sin() * up.cos(), up.sin()],
+                range_m: random.between(4.0, 6.0) * 1.5f64.powi((step / 40 % 5) as i32),
+            },
             segment: Some(12),
         }
     };
@@ -261,10 +266,10 @@ fn a_bound_behind_the_return_leaves_out_what_lies_beyond_and_nothing_else() {
     for beyond_m in [0.2, 3.0] {
         let bounded = answers_of(CastSettings { beyond_m, ..CastSettings::default() });
         for ((query, all), bounded) in queries.iter().zip(&all).zip(&bounded) {
-            let near = |range_m: Option<f64>| range_m.filter(|&t| t <= query.measured_m + beyond_m);
+            let near = |range_m: Option<f64>| range_m.filter(|&t| t <= query.ray.range_m + beyond_m);
             // A bound is rounded as ranges are: to the bit only off its very edge.
             let on_the_edge =
-                |t: Option<f64>| t.is_some_and(|t| (t - query.measured_m - beyond_m).abs() < 1e-4);
+                |t: Option<f64>| t.is_some_and(|t| (t - query.ray.range_m - beyond_m).abs() < 1e-4);
             for (all, bounded) in [(all.first_m, bounded.first_m), (all.independent_m, bounded.independent_m)]
             {
                 assert!(near(all) == bounded || on_the_edge(all), "{all:?} {bounded:?}");
@@ -305,10 +310,11 @@ fn rays_that_are_none_find_nothing_and_spoil_no_packet() {
     let mut queries = whole.clone();
     for (n, query) in queries.iter_mut().step_by(11).enumerate() {
         let (bad, axes) = (values[n / 7 % 5], axes[n % 7]);
-        let of = if n / 35 % 2 == 0 { &mut query.origin_in_world_m } else { &mut query.direction_in_world };
+        let of =
+            if n / 35 % 2 == 0 { &mut query.ray.origin_in_world } else { &mut query.ray.direction_in_world };
         axes.iter().for_each(|&k| of[k] = bad);
         if n % 50 == 49 {
-            query.direction_in_world = [0.0; 3];
+            query.ray.direction_in_world = [0.0; 3];
         }
     }
     for path in Path::all() {
@@ -333,8 +339,8 @@ fn scans_of_several_segments_and_a_sensor_on_its_side_are_cast_as_any() {
     let turned: Vec<Query> = queries
         .iter()
         .map(|query| {
-            let [x, y, z] = query.direction_in_world;
-            Query { direction_in_world: [z, y, -x], segment: Some(12), ..*query }
+            let [x, y, z] = query.ray.direction_in_world;
+            Query { ray: Ray { direction_in_world: [z, y, -x], ..query.ray }, segment: Some(12) }
         })
         .collect();
     queries.extend(turned);
@@ -360,7 +366,7 @@ fn one_tile_of_half_a_kilometre_is_cast_the_same_in_packets_and_alone() {
     });
     let map = LooseSurfels::new(500.0, 0.4, surfels).unwrap();
     let mut queries = scan_queries(&mut Random(62), [230.0, 240.0, 0.0], 32, 600, true);
-    queries.iter_mut().for_each(|query| query.measured_m *= 8.0);
+    queries.iter_mut().for_each(|query| query.ray.range_m *= 8.0);
     let (mut alone, mut together) = (Vec::new(), Vec::new());
     for (grouping, answers) in [(Grouping::Single, &mut alone), (Grouping::Packets, &mut together)] {
         let caster = Caster::new(&map, CastSettings::default(), usize::MAX).with(Path::best(), grouping);
@@ -421,9 +427,10 @@ fn returns_that_another_trajectory_poses_are_cast_as_any() {
     let posed = scan_queries(&mut random, [0.0; 3], 16, 300, true);
     let (sin, cos) = 0.7_f64.sin_cos();
     let elsewhere = posed.iter().map(|query| {
-        let ([x, y, z], [a, b, c]) = (query.origin_in_world_m, query.direction_in_world);
+        let ([x, y, z], [a, b, c]) = (query.ray.origin_in_world, query.ray.direction_in_world);
         let direction_in_world = [cos * a - sin * b, sin * a + cos * b, c];
-        Query { origin_in_world_m: [x + 3.0, y - 2.0, z + 0.2], direction_in_world, ..*query }
+        let origin_in_world = [x + 3.0, y - 2.0, z + 0.2];
+        Query { ray: Ray { origin_in_world, direction_in_world, ..query.ray }, segment: query.segment }
     });
     let others = random_queries(&mut random, [0.0; 3], posed.len());
     let (mut expected, mut answers, mut buffers) = (Vec::new(), Vec::new(), CastBuffers::default());
@@ -444,7 +451,7 @@ fn a_block_loads_a_tile_once_for_rays_from_one_place() {
     let store = random_map(&mut Random(6), [0.0; 3], 5000);
     let tiles = store.entries().count() as u64;
     let mut queries = random_queries(&mut Random(5), [0.0; 3], 500);
-    queries.iter_mut().for_each(|q| (q.origin_in_world_m, q.segment) = ([5.0, 6.0, 0.0], Some(7)));
+    queries.iter_mut().for_each(|q| (q.ray.origin_in_world, q.segment) = ([5.0, 6.0, 0.0], Some(7)));
     let caster = Caster::new(store, CastSettings::default(), 1);
     caster.cast(&queries, &mut Vec::new(), &mut CastBuffers::default()).unwrap();
     assert!(caster.tile_loads() <= tiles, "{} loads of {tiles} tiles", caster.tile_loads());

@@ -4,6 +4,7 @@
 
 use dmp_cast::{Answer, CastBuffers, CastSettings, Caster, Query};
 use dmp_map::{Durability, FuseBuffers, Lattice, MapFuser, Store};
+use dmp_sensor::Ray;
 
 type Point = [f64; 3];
 
@@ -27,9 +28,11 @@ fn check(store: Store, offset: Point, origin: Point, targets: impl Iterator<Item
             let to: Point = std::array::from_fn(|k| target[k] - origin[k]);
             let range = to.iter().map(|c| c * c).sum::<f64>().sqrt();
             Query {
-                origin_in_world_m: std::array::from_fn(|k| origin[k] + offset[k]),
-                direction_in_world: to.map(|c| c / range),
-                measured_m: range,
+                ray: Ray {
+                    origin_in_world: std::array::from_fn(|k| origin[k] + offset[k]),
+                    direction_in_world: to.map(|c| c / range),
+                    range_m: range,
+                },
                 segment: Some(10),
             }
         })
@@ -40,7 +43,7 @@ fn check(store: Store, offset: Point, origin: Point, targets: impl Iterator<Item
     caster.cast(&queries, &mut answers, &mut CastBuffers::default()).unwrap();
     for (query, answer) in queries.iter().zip(&answers) {
         for predicted in [answer.first_m, answer.nearest_m, answer.independent_m] {
-            let error = predicted.map(|z| (z - query.measured_m).abs());
+            let error = predicted.map(|z| (z - query.ray.range_m).abs());
             assert!(error.is_some_and(|e| e < 1e-3), "{query:?} {answer:?} {error:?}");
         }
         assert!(answer.revisited);
@@ -124,7 +127,10 @@ fn of_two_crossings_equally_near_the_nearer_to_the_sensor_is_told() {
     assert!(store.entries().count() == 2);
     let origin_in_world_m = [20.0, 3.0, 0.0];
     let direction_in_world = [1.0, 0.0, 0.0];
-    let query = |measured_m| Query { origin_in_world_m, direction_in_world, measured_m, segment: Some(10) };
+    let query = |measured_m| Query {
+        ray: Ray { origin_in_world: origin_in_world_m, direction_in_world, range_m: measured_m },
+        segment: Some(10),
+    };
     let caster = Caster::new(store, CastSettings::default(), usize::MAX);
     let mut answers = Vec::new();
     let mut cast = |measured_m| {
@@ -141,9 +147,7 @@ fn of_two_crossings_equally_near_the_nearer_to_the_sensor_is_told() {
 fn an_empty_map_answers_every_ray_with_a_miss() {
     let store = map_of(std::iter::empty(), OFFSETS[0]);
     let query = Query {
-        origin_in_world_m: [1.0, 2.0, 3.0],
-        direction_in_world: [0.6, 0.0, 0.8],
-        measured_m: 7.0,
+        ray: Ray { origin_in_world: [1.0, 2.0, 3.0], direction_in_world: [0.6, 0.0, 0.8], range_m: 7.0 },
         segment: Some(10),
     };
     // Whatever the list held before.

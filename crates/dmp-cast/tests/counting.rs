@@ -12,6 +12,7 @@ use dmp_map::{
     Durability, FreeVoxels, FuseBuffers, Independence, Lattice, MapFuser, MarkBuffers, Met, Store, Tally,
     TileId,
 };
+use dmp_sensor::Ray;
 
 struct Random(u64);
 
@@ -42,13 +43,15 @@ fn queries(random: &mut Random, count: usize) -> Vec<Query> {
     let query = |_| {
         let (heading, up) = (random.between(0.0, 6.3), random.between(-0.1, 0.1));
         Query {
-            origin_in_world_m: [
-                random.between(-45.0, 45.0),
-                random.between(-45.0, 45.0),
-                random.between(-2.0, 2.0),
-            ],
-            direction_in_world: [heading.cos() * up.cos(), heading.sin() * up.cos(), up.sin()],
-            measured_m: random.between(1.5, 60.0),
+            ray: Ray {
+                origin_in_world: [
+                    random.between(-45.0, 45.0),
+                    random.between(-45.0, 45.0),
+                    random.between(-2.0, 2.0),
+                ],
+                direction_in_world: [heading.cos() * up.cos(), heading.sin() * up.cos(), up.sin()],
+                range_m: random.between(1.5, 60.0),
+            },
             segment: Some(random.between(0.0, 31.0) as i32),
         }
     };
@@ -69,7 +72,7 @@ fn direct(store: &Store, queries: &[Query], slack: f64) -> Vec<([f64; 3], Met)> 
             let normal = surfel.normal.map(f64::from);
             let mut met = Met::default();
             for query in queries {
-                let (o, d) = (query.origin_in_world_m, query.direction_in_world);
+                let (o, d) = (query.ray.origin_in_world, query.ray.direction_in_world);
                 let to: [f64; 3] = std::array::from_fn(|k| centre[k] - o[k]);
                 let cos = dot(normal, d);
                 let t = dot(normal, to) / cos;
@@ -80,7 +83,7 @@ fn direct(store: &Store, queries: &[Query], slack: f64) -> Vec<([f64; 3], Met)> 
                 {
                     continue;
                 }
-                let beyond_m = query.measured_m - t;
+                let beyond_m = query.ray.range_m - t;
                 let independence = Independence::of(query.segment.unwrap(), 1);
                 met.on += u32::from(beyond_m.abs() <= 0.5 + slack);
                 met.through += u32::from(

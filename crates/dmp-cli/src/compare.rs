@@ -5,11 +5,10 @@ use std::path::Path;
 
 use anyhow::anyhow;
 use clap::{Args as _, FromArgMatches as _};
-use dmp::{
-    Config, EvaluateError, JoinError, JoinedReport, MadeWith, NamedReport, Report, SavedResult, join_results,
-};
+use dmp::{Config, EvaluateError, Report};
 use dmp_draw::text::counted;
 use dmp_log::shown_path;
+use dmp_suite::{JoinError, JoinedReport, MadeWith, NamedReport, SavedResult, join_results};
 use serde::Serialize;
 
 use crate::common::Common;

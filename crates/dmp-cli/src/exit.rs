@@ -3,8 +3,9 @@
 use std::process::ExitCode;
 use std::{fmt, io};
 
-use dmp::{EvaluateError, JoinError, SettingName};
+use dmp::{EvaluateError, SettingName};
 use dmp_log::{LogError, LogSetting};
+use dmp_suite::JoinError;
 use dmp_truth::surface::SurfaceError;
 
 use crate::say::as_line;

@@ -9,6 +9,7 @@
 //! miss does not belong here.
 
 mod after_help;
+mod announce;
 mod calibrate;
 mod clash;
 mod clock;
@@ -63,7 +64,7 @@ use exit::{is_closed_pipe, one_line, when_printed};
 use guard::Results;
 pub use host::Host;
 use host::Hosted;
-use options::{Asked, Out, Spec, output, values as parse};
+use options::{Asked, Out, Spec, output};
 use say::{Printed, commands_anywhere};
 use terminal::Terminal;
 

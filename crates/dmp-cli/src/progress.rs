@@ -5,6 +5,7 @@ use std::io::IsTerminal as _;
 
 use dmp::{Note, Stage};
 use dmp_draw::text;
+use dmp_suite::Follow;
 use dmp_truth::surface::{SurfaceError, SurfaceWatch};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 
@@ -105,7 +106,6 @@ impl dmp::Progress for Progress {
             Stage::Cast => ("casting rays", "points"),
             Stage::Drift => ("measuring drift", "pairs"),
             Stage::Places => ("scoring places", "places"),
-            Stage::Compare => ("comparing runs", "points"),
             Stage::Candidates => ("trying loops", "loops"),
             _ => ("working", "steps"),
         };
@@ -121,6 +121,20 @@ impl dmp::Progress for Progress {
         if !self.quiet || matches!(note, Note::WorkKept { .. }) {
             self.bar.suspend(|| say!(self.host, "note: {}", note.message_with(&option_of)));
         }
+    }
+
+    fn cancelled(&self) -> bool {
+        self.host.is_cancelled()
+    }
+}
+
+impl Follow for Progress {
+    fn begin(&self, returns: u64) {
+        self.start("comparing runs", "points", returns);
+    }
+
+    fn advance(&self, returns: u64) {
+        self.done(returns);
     }
 
     fn cancelled(&self) -> bool {

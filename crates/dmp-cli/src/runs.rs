@@ -9,6 +9,7 @@ use dmp_log::{
 };
 use dmp_sensor::Trajectory;
 
+use crate::announce;
 use crate::clock::RunClock;
 use crate::common::Common;
 use crate::exit::Usage;
@@ -21,7 +22,6 @@ use crate::options::values::Poses;
 use crate::options::{Asked, input};
 use crate::save::is_missing;
 use crate::say::say;
-use crate::score::announce;
 
 /// Runs with names. Those in files are read first, so that a mistake in them is reported before a long log is
 /// read; those in messages when the log is open.

@@ -1,6 +1,6 @@
 //! What a report says of its runs, in one sentence: for terminals and pages alike.
 
-use dmp::{Best, Report, Verdict};
+use dmp_report::{Best, Report, Verdict};
 
 /// So many runs are listed by name.
 const LISTED: usize = 5;

@@ -1,6 +1,6 @@
 //! A place from above and from the side: the surfels of the map, and what rays find there.
 
-use dmp::Scales;
+use dmp_reduce::Scales;
 
 use crate::colour::{MISSED, Rgb, missed};
 use crate::image::Image;

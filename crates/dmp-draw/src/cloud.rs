@@ -1,6 +1,6 @@
 //! A map in three dimensions: a sample of its surfels, lit from above, and of the returns that it misses.
 
-use dmp::Scales;
+use dmp_reduce::Scales;
 
 use crate::closeup::DiscInWorld;
 use crate::colour::{MISSED, Rgb, missed};

@@ -1,6 +1,6 @@
 //! Colours that tell on white and on black, and with any eyes.
 
-use dmp::Scales;
+use dmp_reduce::Scales;
 
 /// Red, green, blue.
 pub(crate) type Rgb = [u8; 3];

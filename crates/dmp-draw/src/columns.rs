@@ -1,6 +1,6 @@
 //! The table of the runs, the same for a terminal and a page: its columns, its rows, its cells and its legend.
 
-use dmp::{Column, ColumnUnit, Report, RunReport, columns_by_rank};
+use dmp_report::{Column, ColumnUnit, Report, RunReport, columns_by_rank};
 
 use crate::text::{NONE, confidence, digits, percent};
 

@@ -1,6 +1,8 @@
 //! Drift in metres, in words and as a table: for terminals and pages alike.
 
-use dmp::{Displacement, DriftComparison, DriftReport, Measured, Report, RunDrift, Scales};
+use dmp_reduce::Scales;
+use dmp_report::Report;
+use dmp_revisit::drift::{Displacement, DriftComparison, DriftReport, Measured, RunDrift};
 
 use crate::text::{NONE, confidence, count, counted, digits};
 

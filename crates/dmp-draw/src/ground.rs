@@ -1,6 +1,6 @@
 //! Maps from above: what the returns that lie in each cell of the ground say.
 
-use dmp::Scales;
+use dmp_reduce::Scales;
 
 use crate::colour::{STEPS, step};
 use crate::image::Image;

@@ -1,6 +1,6 @@
 //! How large residuals are.
 
-use dmp::Scales;
+use dmp_reduce::Scales;
 
 use crate::plot::{Axis, Plot, Point, Series, Style};
 use crate::seen::{SampledReturn, judged_by_m};

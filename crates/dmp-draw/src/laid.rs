@@ -1,6 +1,6 @@
 //! One run laid onto another as one piece.
 
-use dmp::Scales;
+use dmp_reduce::Scales;
 use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, UnitQuaternion, Vector3};
 
 /// A pose counts as a body that reaches so far to all sides, metres of a drive: about as far as what a scan shows. So a way that is
@@ -46,7 +46,7 @@ pub(crate) fn rigid(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use dmp::Scales;
+    use dmp_reduce::Scales;
     use nalgebra::Translation3;
 
     /// On a straight road only the poses tell how a run is turned about it.

@@ -1,12 +1,12 @@
 //! What an evaluation found, drawn: plots, maps from above, close-ups of the worst places, and one HTML page of it all.
 //!
 //! # Brief overview
-//! [`page`] makes a page of a [`Report`](dmp::Report): one file that needs no network, and no scripts to be read. What the report
+//! [`page`] makes a page of a [`Report`](dmp_report::Report): one file that needs no network, and no scripts to be read. What the report
 //! does not hold, where and when a run's map is wrong, comes as [`Pictures`]. They are made of what is seen while an
 //! evaluation runs: the sums of every frame ([`SeenFrame`]) tell the [worst places](WorstPlace) of each run, a [`Painter`]
 //! takes a sample of the returns in the order of the log and the surfels around the worst places.
 //!
-//! [`suite_page`] does the same for a [`SuiteReport`](dmp::SuiteReport).
+//! [`suite_page`] does the same for a [`SuiteReport`](dmp_suite::SuiteReport).
 //!
 //! [`truth_page`] and [`truth_picture`] show runs beside ground truth ([`TruthPlots`]).
 //!

@@ -1,6 +1,6 @@
 //! Pairs of runs, each with the better run first: for tables and pages alike.
 
-use dmp::{PairReport, Report, ScaleReport};
+use dmp_report::{PairReport, Report, ScaleReport};
 
 /// With more runs than this, only neighbours in the order and pairs with the best are listed.
 const ALL_PAIRS_UP_TO: usize = 5;

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use dmp::{Basis, Scales};
+use dmp_reduce::{Basis, Scales};
 
 use crate::closeup::{Closeup, DiscInWorld};
 use crate::cloud::{self, Cloud};

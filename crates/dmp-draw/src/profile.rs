@@ -1,6 +1,6 @@
 //! Residuals over time and over the way.
 
-use dmp::Basis;
+use dmp_reduce::Basis;
 
 use crate::painter::Pictures;
 use crate::plot::{Axis, Plot, Point, Series, Style};
@@ -81,7 +81,7 @@ fn over(
 mod tests {
     use super::*;
     use crate::painter::Painter;
-    use dmp::Scales;
+    use dmp_reduce::Scales;
 
     fn frame(number: usize, stamp_ns: Option<i64>, rms_m: f64) -> SeenFrame {
         let score = FrameScore {

@@ -1,6 +1,6 @@
 //! What the verdicts of a report promise together, in words.
 
-use dmp::Report;
+use dmp_report::Report;
 
 use crate::text::{confidence, left};
 

@@ -1,6 +1,6 @@
 //! What is known of a scored scan.
 
-use dmp::{Basis, RunSums, Scales};
+use dmp_reduce::{Basis, RunSums, Scales};
 
 use crate::text::digits;
 
@@ -49,7 +49,7 @@ impl FrameScore {
         let (predicted, scores) = match basis {
             Basis::CrossValidated => {
                 // The price of a miss is in the first scale alone.
-                (sums.with_independent(), sums.r_cv_m2(dmp::MissPrice::default()).to_vec())
+                (sums.with_independent(), sums.r_cv_m2(dmp_reduce::MissPrice::default()).to_vec())
             }
             Basis::Near => (sums.with_first(), near.to_vec()),
         };
@@ -144,7 +144,7 @@ impl SampledReturn {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use dmp::Residuals;
+    use dmp_reduce::Residuals;
 
     #[test]
     fn sums_of_frames_give_the_scores_of_the_table() {
@@ -154,7 +154,7 @@ mod tests {
         }
         sums.add(&Residuals::MISS);
         for (basis, mean) in [
-            (Basis::CrossValidated, sums.r_cv_m2(dmp::MissPrice::default())[2].1),
+            (Basis::CrossValidated, sums.r_cv_m2(dmp_reduce::MissPrice::default())[2].1),
             (Basis::Near, sums.r_near_m2()[2].1),
         ] {
             let score = FrameScore::of(&sums, basis, Scales::Drive);

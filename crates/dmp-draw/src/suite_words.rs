@@ -1,6 +1,7 @@
 //! The verdicts of a suite in words, for tables and a page.
 
-use dmp::{EffectReport, Outcome, SuitePairReport, SuiteReport, Verdict};
+use dmp_report::Verdict;
+use dmp_suite::{EffectReport, Outcome, SuitePairReport, SuiteReport};
 
 use crate::text::{self, NONE, digits};
 

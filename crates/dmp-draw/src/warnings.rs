@@ -1,6 +1,6 @@
 //! All that a report warns of, as sentences.
 
-use dmp::Report;
+use dmp_report::Report;
 
 /// Sentences that must stand beside the scores: the report's warnings, those of its runs with their names, and why a
 /// run has no `R_cv` where others do.

@@ -1,6 +1,6 @@
 //! Where a run's map is wrong: the stretches of its way whose returns it predicts worst.
 
-use dmp::Scales;
+use dmp_reduce::Scales;
 
 use crate::seen::{FrameScore, SeenFrame};
 

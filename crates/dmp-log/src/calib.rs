@@ -1,11 +1,12 @@
 //! KITTI's calibration: where the LiDAR sits on the camera.
 
-use crate::folder::is_file;
-use crate::text::{lines, read_text};
-use crate::trajectory::numbers::{numbers, pose_of_rows};
-use crate::{LogError, ParseError, PlaceInFile};
 use dmp_disk::open_input;
 use dmp_sensor::Isometry3;
+
+use crate::columns::{numbers, pose_of_rows};
+use crate::folder::is_file;
+use crate::text::{lines, read_text};
+use crate::{LogError, ParseError, PlaceInFile};
 use std::path::{Path, PathBuf};
 
 /// Largest calibration that is read; one of KITTI has 1 kB.

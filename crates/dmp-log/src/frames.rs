@@ -1,10 +1,11 @@
 //! Frames that hang on one another: what `/tf_static` says, and the tree of `/tf`.
 
+use dmp_sensor::Isometry3;
+
+use crate::columns::pose_of;
 use crate::decimal::shorten;
 use crate::ros::{PoseCoding, PoseType};
-use crate::trajectory::numbers::pose_of;
 use crate::{ParseError, PlaceInFile};
-use dmp_sensor::Isometry3;
 use std::collections::BTreeMap;
 
 /// The topic with frames that do not move.

@@ -56,6 +56,7 @@ mod bag;
 mod bag_log;
 mod calib;
 mod cloud;
+mod columns;
 mod companions;
 mod damage;
 mod decimal;
@@ -101,6 +102,7 @@ mod write_mcap;
 
 pub use calib::{Calib, find_calib, parse_calib, read_calib};
 pub use cloud::{CloudFormat, CloudSummary, CloudWriter, OrientedPoint, read_cloud};
+pub use columns::write_times;
 pub use companions::{Companions, is_of_log};
 pub use damage::Damage;
 pub use error::{LogError, ParseError, PlaceInFile};
@@ -134,7 +136,7 @@ pub use trajectory::{
     GraphVertices, PoseTopic, RawTrajectory, TopicTrajectory, TrajectoryFile, TrajectoryFormat,
     TrajectoryParseError, is_bag, parse_euroc, parse_g2o, parse_kitti, parse_npy, parse_raw,
     parse_redwood_log, parse_tum, read_raw_trajectory, read_raw_trajectory_as, read_topic_trajectory,
-    read_trajectory, read_trajectory_as, write_euroc, write_kitti, write_redwood_log, write_times, write_tum,
+    read_trajectory, read_trajectory_as, write_euroc, write_kitti, write_redwood_log, write_tum,
     write_tum_poses,
 };
 pub use unit::LengthUnit;

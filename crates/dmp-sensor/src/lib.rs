@@ -34,6 +34,7 @@ mod pose_graph;
 mod ray;
 mod returns;
 mod scan;
+mod seven;
 mod track;
 mod trajectory;
 mod travel;
@@ -48,5 +49,6 @@ pub use pose_graph::{Component, Disconnected, EdgeFault, PoseEdge, PoseGraph, Po
 pub use ray::Ray;
 pub use returns::{DropReason, ReturnCounts, ReturnFilter, is_implausible};
 pub use scan::Scan;
+pub use seven::{seven, transform_of};
 pub use track::{Track, TrackCursor};
 pub use trajectory::{Trajectory, TrajectoryError, TrajectoryRepairs};

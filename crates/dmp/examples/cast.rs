@@ -7,6 +7,7 @@ use std::path::Path;
 use dmp::fuse_maps;
 use dmp::prelude::*;
 use dmp_cast::{CastBuffers, CastSettings, Caster, Query};
+use dmp_sensor::Ray;
 use dmp_sensor::Vector3;
 
 const SAMPLES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data-samples");
@@ -30,10 +31,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     // Rays from the first pose: ahead, left, back, right, down.
     let directions = [Vector3::x(), Vector3::y(), -Vector3::x(), -Vector3::y(), -Vector3::z()];
     let ray = |direction_in_sensor: &Vector3<f64>| Query {
-        origin_in_world_m: world_from_sensor.translation.vector.into(),
-        direction_in_world: (world_from_sensor.rotation * direction_in_sensor).into(),
-        // The measured range, if there is one: the nearest crossing to it is returned too.
-        measured_m: 10.0,
+        ray: Ray {
+            origin_in_world: world_from_sensor.translation.vector.into(),
+            direction_in_world: (world_from_sensor.rotation * direction_in_sensor).into(),
+            // The measured range, if there is one: the nearest crossing to it is returned too.
+            range_m: 10.0,
+        },
         segment: None,
     };
     let queries: Vec<Query> = directions.iter().map(ray).collect();

@@ -5,20 +5,13 @@ use std::time::Instant;
 use dmp_cast::Caster;
 use dmp_log::ScanLog;
 use dmp_map::Store;
+use dmp_report::{PassTimes, Report};
+use dmp_runs::{Config, EvaluateError, Heads, Run, Watch};
 use dmp_sensor::DropReason;
 
-use crate::cast::{RunCaster, Scored};
-use crate::config::{Config, Run};
-use crate::disk::DiskEstimate;
-use crate::error::EvaluateError;
-use crate::evaluation::{Evaluation, Task};
-use crate::heads::Heads;
-use crate::peak;
-use crate::report::{Findings, MapSummary, PassTimes, Report, drops_in_words, map_report};
-use crate::run_map::tile_bytes;
-use crate::sanity::Doubts;
-use crate::watch::Watch;
-use crate::work::MapFacts;
+use crate::means::peak;
+use crate::passes::{DiskEstimate, Doubts, Evaluation, MapFacts, RunCaster, Scored, Task, tile_bytes};
+use crate::results::{Findings, MapSummary, drops_in_words, map_report};
 
 /// Scores `runs` on `log`: plan, fuse, cast, reduce. `watch` follows the evaluation, or is `()`: see
 /// [`Watch`].

@@ -4,19 +4,14 @@ use std::path::Path;
 use std::sync::Arc;
 
 use dmp_disk::WorkFolder;
-use dmp_lengths::thousands;
 use dmp_log::ScanLog;
 use dmp_map::{Lattice, MapFuser, Origin, Store};
 use dmp_reduce::Scales;
+use dmp_runs::{Config, EvaluateError, Run, Watch, pool};
 use dmp_sensor::Isometry3;
 
-use crate::config::{Config, Run};
-use crate::error::{EvaluateError, as_asked_m, in_voxels};
-use crate::evaluation::Task;
-use crate::fuse::{Life, finish};
-use crate::given::fuse_given;
-use crate::watch::Watch;
-use crate::work::{Work, pool};
+use crate::means::Work;
+use crate::passes::{Life, Task, finish, fuse_given, sparse};
 
 /// The maps of some runs, on disk as long as this value lives.
 #[derive(Debug)]
@@ -66,28 +61,11 @@ pub struct CloudMap {
     pub notes: Vec<String>,
 }
 
-/// Below this share of voxels in which they span a surface, points are too sparse for the voxel size.
-const SPARSE: f64 = 0.25;
-
 impl CloudMap {
     /// A warning if the points span a surface in too few of their voxels.
     pub fn sparse(&self) -> Option<String> {
         sparse(&self.store, self.thin_voxels)
     }
-}
-
-/// The same for a map with `thin_voxels` voxels without a surfel.
-pub(crate) fn sparse(map: &Store, thin_voxels: u64) -> Option<String> {
-    let surfels = map.surfels();
-    let voxels = surfels + thin_voxels;
-    (SPARSE * voxels as f64 > surfels as f64).then(|| {
-        format!(
-            "its points span a surface in only {} of {} of {} m; larger voxels may help",
-            thousands(surfels),
-            in_voxels(voxels),
-            as_asked_m(map.lattice().voxel_m())
-        )
-    })
 }
 
 /// Makes a map of a cloud or a mesh and writes it to `output`, as [`evaluate`](crate::evaluate) does with a

@@ -3,22 +3,14 @@
 use std::sync::{Mutex, PoisonError};
 
 use dmp_log::ScanLog;
+use dmp_runs::{
+    Config, EvaluateError, Heads, Means, PlannedFrame, PosedRun, Poser, Progress, Run, RunPath, RunPoses,
+    Selection, Settings, Stage, Watch, on_log_clock, posed,
+};
 use dmp_sensor::{DropReason, Isometry3, Ray, ReturnCounts, Scan};
 
-use crate::clock::on_log_clock;
-use crate::config::{Config, Run};
-use crate::error::EvaluateError;
-use crate::evaluation::{Evaluation, Task};
-use crate::frames::{PlannedFrame, Worker, each_frame};
-use crate::heads::Heads;
-use crate::peak;
-use crate::plan::{RunPath, Selection};
-use crate::poser::Poser;
-use crate::progress::{Progress, Stage};
-use crate::run_poses::RunPoses;
-use crate::run_state::{RunState, posed};
-use crate::settings::{Means, Settings};
-use crate::watch::Watch;
+use crate::means::peak;
+use crate::passes::{Evaluation, Task, Worker, each_frame};
 
 /// A log with one run's poses. Scans and returns are selected as by [`evaluate`](crate::evaluate); the poses
 /// are used as given.
@@ -71,7 +63,7 @@ impl<'a> PosedLog<'a> {
         selection.frames = kept.into_iter().map(|(_, frame)| frame).collect();
         let unposed_returns = unposed.iter().map(|(_, frame)| frame.returns).sum();
         let voxel_m = task.settings.voxel_m;
-        let runs = vec![RunState::new(runs, 0, (poses, path.posed_only()), ())];
+        let runs = vec![PosedRun::new(runs, 0, (poses, path.posed_only()), ())];
         Ok(Self { evaluation: task.plan_placed(selection, runs, voxel_m)?, unposed_returns })
     }
 

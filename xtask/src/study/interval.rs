@@ -9,29 +9,6 @@ pub(super) const BATCHES: usize = 20;
 /// At most so many stretches of the frames are units of independence.
 const STRETCHES: usize = 40;
 
-/// The difference of two means over different returns, and its error. Units pair off: the k-th stretch of one with the
-/// k-th of the other, and each group of surface with itself.
-pub(super) fn difference_of_two(frames: [&[Both]; 2], groups: [&[Both]; 2]) -> Option<Difference> {
-    let totals = frames.map(total);
-    if totals.iter().any(|total| total.returns == 0.0) {
-        return None;
-    }
-    // Each unit as its part of the mean, so that both weigh the same: the error of a − b is that of one of these.
-    let part = |units: &[Both], total: &Both| -> Vec<f64> {
-        let mean_m2 = total.difference_m2 / total.returns;
-        units.iter().map(|unit| (unit.difference_m2 - mean_m2 * unit.returns) / total.returns).collect()
-    };
-    let pairs = |a: &[Both], b: &[Both]| -> Vec<f64> {
-        let (a, b) = (part(a, &totals[0]), part(b, &totals[1]));
-        a.iter().zip(&b).map(|(a, b)| a - b).filter(|e| *e != 0.0).collect()
-    };
-    let count = (frames[0].len().min(frames[1].len()) / 2).clamp(2, STRETCHES);
-    let stretches = scatter(&pairs(&parts(frames[0], count), &parts(frames[1], count)));
-    let surfaces = scatter(&pairs(groups[0], groups[1]));
-    let [a_m2, b_m2] = totals.map(|total| total.difference_m2 / total.returns);
-    Some(with_error(a_m2 - b_m2, stretches, surfaces))
-}
-
 /// The sum of units.
 pub(super) fn total(units: &[Both]) -> Both {
     units.iter().fold(Both::default(), |mut total, unit| {

@@ -114,10 +114,10 @@ impl Rays {
             let query = &queries[index as usize];
             self.query[lane] = index;
             for k in 0..3 {
-                self.origin_in_world_m[k][lane] = query.origin_in_world_m[k];
-                self.direction_in_world[k][lane] = query.direction_in_world[k];
+                self.origin_in_world_m[k][lane] = query.ray.origin_in_world[k];
+                self.direction_in_world[k][lane] = query.ray.direction_in_world[k];
             }
-            self.measured_m[lane] = query.measured_m;
+            self.measured_m[lane] = query.ray.range_m;
         }
         for lane in 0..RAYS {
             let end_m = self.measured_m[lane] + settings.beyond_m;

@@ -178,13 +178,16 @@ fn reaches_heights(
 mod tests {
     use super::*;
     use crate::query::{CastSettings, Query};
+    use dmp_sensor::Ray;
     use proptest::prelude::*;
 
     const EDGE_M: f64 = 32.0;
 
     fn ray(x: f64, y: f64, direction_in_world: [f64; 3]) -> Rays {
-        let query =
-            Query { origin_in_world_m: [x, y, 0.0], direction_in_world, measured_m: 1e3, segment: None };
+        let query = Query {
+            ray: Ray { origin_in_world: [x, y, 0.0], direction_in_world, range_m: 1e3 },
+            segment: None,
+        };
         let mut rays = Rays::EMPTY;
         rays.fill(&[query], &[0], &CastSettings::default(), EDGE_M);
         rays

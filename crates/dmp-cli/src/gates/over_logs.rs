@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use dmp::{Outcome, SuitePairReport, SuiteReport};
+use dmp_suite::{Outcome, SuitePairReport, SuiteReport};
 use toml::{Table, Value};
 
 use super::check::{GateReport, check_name};
@@ -150,7 +150,7 @@ fn worse_on(
     limit: u64,
 ) -> (u64, String) {
     let worse = pair.worse(name);
-    let is_lost = |log: &&dmp::SuiteLogReport| {
+    let is_lost = |log: &&dmp_suite::SuiteLogReport| {
         let misses = |version: &str| log.missing.iter().any(|run| run.version == version);
         misses(name) && !misses(other) && pair.failing_on(&log.name).is_none()
     };
@@ -184,7 +184,8 @@ impl SuiteGates<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use dmp::{Confidence, Failures, MissingReport, SuiteLog, Verdict, suite_report};
+    use dmp::{Confidence, Verdict};
+    use dmp_suite::{Failures, MissingReport, SuiteLog, suite_report};
 
     use crate::example_reports;
 

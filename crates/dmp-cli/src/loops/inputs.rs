@@ -12,6 +12,7 @@ use dmp_loops::OptimiseOptions;
 use dmp_sensor::{Isometry3, PoseGraph, Trajectory};
 
 use super::weights::{GivenWeights, Weights};
+use crate::announce;
 use crate::common::Common;
 use crate::exit::Usage;
 use crate::extrinsic;
@@ -19,7 +20,6 @@ use crate::loaded_run::LoadedRun;
 use crate::log_input::{LogHead, LogInput};
 use crate::options::{Asked, graph, input};
 use crate::say::say;
-use crate::score::announce;
 
 /// Most candidates that are skipped by name; the result has all.
 const MOST_NAMED: usize = 10;

@@ -1,6 +1,7 @@
 //! `dmp loops`: rank loop candidates of a pose graph.
 
 mod inputs;
+mod options;
 mod outputs;
 mod ranked;
 mod render;
@@ -11,7 +12,7 @@ use std::time::Instant;
 
 use dmp::Config;
 use dmp_log::Candidate;
-use dmp_loops::{Keyframes, LoopError, LoopMap, MapOptions, Scorer, in_threads, optimised};
+use dmp_loops::{Keyframes, LoopError, LoopMap, Scorer, in_threads, optimised};
 use dmp_sensor::PoseEdge;
 
 use crate::common::Common;
@@ -20,6 +21,7 @@ use crate::options::{Asked, Out, Spec, graph as graph_options, input, output, sc
 use crate::progress::Progress;
 use crate::say;
 use inputs::Inputs;
+use options::map_options;
 use ranked::rank;
 use result::LoopsResult;
 
@@ -68,13 +70,6 @@ pub(crate) static SPEC: Spec = Spec {
     run,
     ..Spec::EMPTY
 };
-
-/// How maps are put together.
-fn map_options(asked: &Asked) -> MapOptions {
-    let usual = MapOptions::default();
-    let rays_per_keyframe = asked.get(&graph_options::RAYS).unwrap_or(usual.rays_per_keyframe);
-    MapOptions { rays_per_keyframe, moved_m: asked.get(&graph_options::MOVED) }
-}
 
 fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::Result<Exit> {
     let config = asked.config();

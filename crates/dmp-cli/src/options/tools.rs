@@ -3,8 +3,9 @@
 use std::path::PathBuf;
 
 use clap_complete::Shell;
-use dmp::{Failures, Part, ShardStage};
 use dmp_sensor::Isometry3;
+use dmp_shard::{Part, ShardStage};
+use dmp_suite::Failures;
 
 use super::Group::{Cache, Input, Output, PlaceAndTime, Plain, Resources, Verdicts};
 use super::values::{self, from_one, parsed};

@@ -1,7 +1,6 @@
 //! `dmp score`: score and rank runs.
 
 mod against;
-pub(crate) mod announce;
 mod details;
 pub(crate) mod outputs;
 mod pairs;
@@ -17,6 +16,7 @@ use clap::{Args as _, FromArgMatches as _};
 use dmp::{Config, Report, evaluate};
 use serde::Serialize;
 
+use crate::announce;
 use crate::common::Common;
 use crate::exit::{Exit, when_printed};
 use crate::gates::{self, GateArgs, GateReport};

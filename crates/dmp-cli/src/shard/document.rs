@@ -4,9 +4,10 @@ use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
 use anyhow::Context as _;
-use dmp::{Run, ShardError, ShardPlan};
+use dmp::Run;
 use dmp_disk::{open_input, read_checked, write_checked};
 use dmp_log::{LogIndex, ScanLog};
+use dmp_shard::{ShardError, ShardPlan};
 use serde::Serialize as _;
 use serde_json::ser::Formatter;
 

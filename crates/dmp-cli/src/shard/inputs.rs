@@ -2,7 +2,7 @@
 
 use std::io::Write as _;
 
-use dmp::Shard;
+use dmp_shard::Shard;
 
 use super::document::{OpenedPlan, in_words};
 use crate::common::Common;

@@ -1,6 +1,6 @@
 //! `dmp shard fuse`, `merge`, `cast`, `drift`: a part of a stage.
 
-use dmp::{Shard, ShardStage};
+use dmp_shard::{Shard, ShardStage};
 
 use super::document::{OpenedPlan, in_words};
 use crate::common::Common;

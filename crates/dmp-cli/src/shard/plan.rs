@@ -4,8 +4,9 @@ use std::io::Write;
 use std::path::Path;
 
 use anyhow::bail;
-use dmp::{Config, Machine, MapSource, ShardPlan, VetSummary};
+use dmp::{Config, MapSource, VetSummary};
 use dmp_draw::text::counted;
+use dmp_shard::{Machine, ShardPlan};
 
 use super::document::{self, in_words};
 use crate::common::Common;

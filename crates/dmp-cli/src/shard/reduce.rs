@@ -1,15 +1,16 @@
 //! `dmp shard reduce`: the result of all parts, as `dmp score` prints it.
 
 use clap::{Args as _, FromArgMatches as _};
-use dmp::Shard;
+use dmp_shard::Shard;
 
 use super::document::{OpenedPlan, in_words};
+use crate::announce;
 use crate::common::Common;
 use crate::exit::{Exit, when_printed};
 use crate::gates::GateArgs;
 use crate::options::{Asked, Out, Spec, output, scoring, tools};
 use crate::progress::Progress;
-use crate::score::{announce, print};
+use crate::score::print;
 
 pub(super) static SPEC: Spec = Spec {
     name: "reduce",

@@ -1,6 +1,6 @@
 //! What is not in the cache, for other programs that score it.
 
-use dmp::ShardPlan;
+use dmp_shard::ShardPlan;
 use serde::Serialize;
 
 use super::kept::{Found, Kept};

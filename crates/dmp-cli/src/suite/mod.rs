@@ -16,9 +16,9 @@ use std::path::Path;
 
 use anyhow::bail;
 use clap::{Args as _, FromArgMatches as _};
-use dmp::{SuiteReport, suite_report};
 use dmp_disk::folder_of;
 use dmp_draw::suite_page;
+use dmp_suite::{SuiteReport, suite_report};
 use serde::Serialize;
 
 use crate::clash::refuse_clashes;
@@ -129,7 +129,7 @@ fn finish(
     let written =
         page.as_ref().map_or(Ok(()), |path| save_text(path, &suite_page(report, &gates::failures(&checked))));
     let is_whole =
-        |log: &dmp::SuiteLogReport| log.problem.is_none() && log.missing.is_empty() && !log.damaged;
+        |log: &dmp_suite::SuiteLogReport| log.problem.is_none() && log.missing.is_empty() && !log.damaged;
     let done = if report.logs.iter().all(is_whole) { Exit::Done } else { Exit::InputDamaged };
     let exit = gates.end(&common.host, &checked, done)?;
     let printed = if asked.has(&output::JSON) {

@@ -4,7 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::bail;
-use dmp::{Confidence, Failures, MissingReport};
+use dmp::Confidence;
+use dmp_suite::{Failures, MissingReport};
 use toml::Value;
 
 use super::file::{At, LogEntry, SuiteFile};

@@ -2,9 +2,10 @@
 
 use std::io::{self, Write};
 
-use dmp::{SuiteReport, Verdict};
+use dmp::Verdict;
 use dmp_draw::text::{NONE, Side, Table, counted, width_of};
 use dmp_draw::{OrderedVersions, log_word, ordered_versions, p_value, suite_answer, suite_promise};
+use dmp_suite::SuiteReport;
 
 use crate::say::tell;
 use crate::terminal::{Terminal, Tone};
@@ -122,7 +123,8 @@ fn sign(verdict: &Verdict, a: &str) -> &'static str {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use dmp::{Confidence, Failures, SuiteLog, suite_report};
+    use dmp::Confidence;
+    use dmp_suite::{Failures, SuiteLog, suite_report};
 
     use crate::example_reports;
 

@@ -1,6 +1,7 @@
 //! The results of all logs: those in the cache, and those that are scored for it.
 
-use dmp::{Report, SuiteLog};
+use dmp::Report;
+use dmp_suite::SuiteLog;
 
 use super::kept::{Found, Kept};
 use super::options;

@@ -3,7 +3,9 @@
 use std::collections::HashMap;
 use std::fmt::Write as _;
 
-use dmp::{Displacement, DriftReport, Report, Scales, VisitReport};
+use dmp_reduce::Scales;
+use dmp_report::Report;
+use dmp_revisit::drift::{Displacement, DriftReport, VisitReport};
 
 use super::html::{bar, cell, figure, grid, head, list, paragraph, table};
 use super::overlay::{self, Frame};
@@ -40,7 +42,7 @@ pub(super) fn drift(report: &Report, pictures: Option<&Pictures>) -> String {
     }
     body.push_str(&list("<ul class=\"said\">", drift_beside_scores(report).iter().map(|said| escape(said))));
     let heads = [vec![head("run", "", "name")], DRIFT_HEADS.map(|title| head(title, "", "")).to_vec()];
-    let row = |run: &dmp::RunDrift| {
+    let row = |run: &dmp_revisit::drift::RunDrift| {
         let name = format!("<th scope=\"row\" class=\"name\">{}</th>", escape(&run.name));
         std::iter::once(name).chain(drift_row(run).iter().map(|text| cell(text, ""))).collect()
     };

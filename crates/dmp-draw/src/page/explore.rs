@@ -1,6 +1,6 @@
 //! What makes the page a place to explore: its contents, its data, and the script.
 
-use dmp::Report;
+use dmp_report::Report;
 
 use crate::plot::escape;
 

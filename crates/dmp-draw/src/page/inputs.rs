@@ -1,6 +1,6 @@
 //! What went in: files, settings, where every return went.
 
-use dmp::{ConfigReport, InputReport, Pairing, PoseAt, Report, RunInputReport};
+use dmp_report::{ConfigReport, InputReport, Pairing, PoseAt, Report, RunInputReport};
 
 use super::html::{cell, head, table, terms};
 use crate::text::{NONE, bytes, count, counted, digits, duration, segments_in_words};

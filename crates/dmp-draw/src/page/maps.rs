@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use dmp::Basis;
+use dmp_reduce::Basis;
 
 use super::explore::{with_data, with_id};
 use super::html::{bar, figure, grid, keys, large, paragraph};

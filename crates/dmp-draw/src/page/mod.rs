@@ -17,7 +17,8 @@ mod trajectories;
 mod truth;
 mod words;
 
-use dmp::{Basis, Report};
+use dmp_reduce::Basis;
+use dmp_report::Report;
 
 use crate::painter::Pictures;
 use crate::plot::escape;

@@ -1,6 +1,6 @@
 //! The worst places of every run.
 
-use dmp::DriftReport;
+use dmp_revisit::drift::DriftReport;
 
 use super::drift::{FrameOf, at_place, frame_of};
 use super::html::{figure, grid, keys, list, paragraph};

@@ -1,6 +1,6 @@
 //! The table of the runs.
 
-use dmp::Report;
+use dmp_report::Report;
 
 use super::html::{cell, head, table, terms};
 use crate::columns::{Ranking, RankingRow, legend, more_is_better};

@@ -1,6 +1,6 @@
 //! Where the reference run is worse than others.
 
-use dmp::Report;
+use dmp_report::Report;
 
 use super::html::{cell, head, list, paragraph, table};
 use super::places::times;

@@ -1,6 +1,7 @@
 //! The report of a suite as one HTML page.
 
-use dmp::{Outcome, SuitePairReport, SuiteReport, Verdict};
+use dmp_report::Verdict;
+use dmp_suite::{Outcome, SuitePairReport, SuiteReport};
 
 use super::html::{Document, cell, head, list, paragraph, section, table};
 use crate::plot::escape;
@@ -154,7 +155,7 @@ fn scored(report: &SuiteReport) -> String {
         head("versions", "best first", "text"),
         head("not compared", "", "text"),
     ];
-    let row = |log: &dmp::SuiteLogReport| {
+    let row = |log: &dmp_suite::SuiteLogReport| {
         let missing = log.missing.iter().map(|run| format!("{}: {}", run.version, run.reason));
         let damage = log.damaged.then(|| "part of the log is lost".to_owned());
         let problems: Vec<String> = log.problem.clone().into_iter().chain(missing).chain(damage).collect();

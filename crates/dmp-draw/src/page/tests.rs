@@ -1,9 +1,11 @@
 //! Pages of the sample data, and of reports that hold less.
 
+use dmp_reduce::{Basis, Residuals, RunSums, Scales};
+use dmp_report::Verdict;
+
 use super::*;
 use crate::painter::Painter;
 use crate::seen::{FrameScore, SampledReturn, SeenFrame};
-use dmp::{Basis, Residuals, RunSums, Scales, Verdict};
 
 /// The scores of the sample data: truth, drift, noise and a collapsed run.
 fn sample() -> Report {

@@ -131,7 +131,7 @@ mod tests {
     use super::*;
     use crate::painter::Painter;
     use crate::seen::{FrameScore, SeenFrame};
-    use dmp::{Basis, Scales};
+    use dmp_reduce::{Basis, Scales};
     use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 
     /// A way, and the same in another world.

@@ -1,6 +1,7 @@
 //! The pairs of runs in words, for readers who know neither residuals nor squares.
 
-use dmp::{Reach, Report, Scales, Verdict};
+use dmp_reduce::{Reach, Scales};
+use dmp_report::{Report, Verdict};
 
 use crate::drift::{metres, metres_between};
 use crate::ordered_pair::{OrderedPair, main_pairs};

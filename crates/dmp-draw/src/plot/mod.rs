@@ -11,7 +11,7 @@ mod style;
 
 use std::fmt::Write as _;
 
-use dmp::is_printable;
+use dmp_log::is_printable;
 use scale::Scale;
 pub(crate) use style::SERIES_COLOURS;
 pub use style::Style;

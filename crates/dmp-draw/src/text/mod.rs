@@ -3,8 +3,8 @@
 mod lines;
 mod table;
 
-use dmp::{SegmentLength, SegmentReport};
 use dmp_lengths::thousands;
+use dmp_report::{SegmentLength, SegmentReport};
 
 pub use lines::{shortened, width_of, wrapped};
 pub use table::{Side, Table};

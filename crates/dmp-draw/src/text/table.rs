@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use dmp::printable;
+use dmp_log::printable;
 
 use super::lines::width_of;
 

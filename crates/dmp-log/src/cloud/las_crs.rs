@@ -1,10 +1,9 @@
 //! The records of a LAS file that say in which coordinate system it is.
 
-use super::las_bytes::Bytes;
 use crate::ParseError;
+use crate::laz::las_bytes::{Bytes, VLR_HEAD_BYTES};
 use std::io::{Read, Seek};
 
-pub(crate) const VLR_HEAD_BYTES: u64 = 54;
 pub(super) const EVLR_HEAD_BYTES: u64 = 60;
 /// The records that say in which coordinate system a file is, all by one user.
 const USER: &[u8] = b"LASF_Projection";

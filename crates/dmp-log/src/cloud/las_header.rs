@@ -2,12 +2,13 @@
 //!
 //! Offsets are those of the LAS 1.4 R15 specification.
 
-use super::las_bytes::Bytes;
+use dmp_lengths::thousands;
+
 use super::las_crs::{self, CrsRecord, EVLR_HEAD_BYTES};
 use crate::laz::items::PointsHead;
+use crate::laz::las_bytes::Bytes;
 use crate::laz::layout::LazLayout;
 use crate::{ParseError, PlaceInFile};
-use dmp_lengths::thousands;
 use std::io::{Read, Seek};
 use std::sync::Arc;
 

@@ -2,7 +2,6 @@
 
 mod batches;
 mod format;
-pub(crate) mod las_bytes;
 mod las_cloud;
 pub(crate) mod las_crs;
 pub(crate) mod las_header;

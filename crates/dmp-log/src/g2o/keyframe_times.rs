@@ -1,12 +1,13 @@
 //! When the body was at the vertices of a graph: a list of lines, read and written.
 
+use dmp_lengths::thousands;
+
 use super::record::id_of;
+use crate::columns::numbers;
+use crate::columns::{found_or, write_times};
 use crate::decimal::{ns_to_seconds, to_ns};
 use crate::text::{is_header, lines, read_text};
-use crate::trajectory::numbers::numbers;
-use crate::trajectory::{found_or, write_times};
 use crate::{LogError, ParseError, PlaceInFile, TimeUnit};
-use dmp_lengths::thousands;
 use std::io::{self, Write};
 use std::path::Path;
 

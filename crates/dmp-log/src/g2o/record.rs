@@ -1,10 +1,11 @@
 //! One line of a g2o file: a vertex, an edge, or something else.
 
+use dmp_sensor::{Isometry3, Matrix6, Quaternion, UnitQuaternion, Vector3};
+
+use crate::columns::{numbers, pose_of, values};
 use crate::decimal::shorten;
 use crate::text::lines;
-use crate::trajectory::numbers::{numbers, pose_of, values};
 use crate::{ParseError, PlaceInFile};
-use dmp_sensor::{Isometry3, Matrix6, Quaternion, UnitQuaternion, Vector3};
 
 pub(super) const VERTEX: &str = "VERTEX_SE3:QUAT";
 pub(super) const EDGE: &str = "EDGE_SE3:QUAT";

@@ -1,8 +1,8 @@
 //! How the points of a file are compressed: the record by `LASzip` in front of them, checked against the header.
 
 use super::point14;
-use crate::cloud::las_bytes::Bytes;
-use crate::cloud::las_crs::VLR_HEAD_BYTES;
+use crate::laz::las_bytes::Bytes;
+use crate::laz::las_bytes::VLR_HEAD_BYTES;
 use crate::{ParseError, PlaceInFile};
 use std::io::{Read, Seek};
 

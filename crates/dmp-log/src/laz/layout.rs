@@ -3,7 +3,7 @@
 use super::items::{self, Compression, Item, PointsHead};
 use super::table::{self, Chunk};
 use crate::ParseError;
-use crate::cloud::las_bytes::Bytes;
+use crate::laz::las_bytes::Bytes;
 use std::io::{Read, Seek};
 use std::ops::Range;
 

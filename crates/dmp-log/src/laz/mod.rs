@@ -16,6 +16,7 @@ pub(crate) mod error;
 mod gps_time;
 mod integer;
 pub(crate) mod items;
+pub(crate) mod las_bytes;
 pub(crate) mod layout;
 mod median;
 mod model;

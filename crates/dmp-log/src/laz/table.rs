@@ -3,7 +3,7 @@
 use super::decoder::Decoder;
 use super::integer::IntegerDecoder;
 use super::items::{Cutting, PointsHead};
-use crate::cloud::las_bytes::Bytes;
+use crate::laz::las_bytes::Bytes;
 use crate::{ParseError, PlaceInFile};
 use std::io::{Read, Seek};
 

@@ -1,13 +1,14 @@
 //! Trajectories whose columns have names.
 
+use dmp_sensor::{Trajectory, TrajectoryRepairs};
+
 use super::error::TrajectoryParseError;
 use super::header::{self, Header, StampColumns};
-use super::numbers::pose_of;
-use super::stamp_unit::found_or;
+use crate::columns::found_or;
+use crate::columns::pose_of;
 use crate::decimal::{shorten, to_ns};
 use crate::text::data_of;
 use crate::{ParseError, PlaceInFile, TimeUnit};
-use dmp_sensor::{Trajectory, TrajectoryRepairs};
 
 /// A line: its numbers, all finite.
 #[derive(Debug, Clone, Copy)]

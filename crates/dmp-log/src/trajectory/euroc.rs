@@ -1,12 +1,13 @@
 //! Trajectories as EuRoC has them, read and written.
 
+use dmp_sensor::{Trajectory, TrajectoryRepairs};
+
 use super::error::TrajectoryParseError;
-use super::numbers::{pose_of, values};
 use crate::TimeUnit;
+use crate::columns::{pose_of, values};
 use crate::decimal::{shorten, to_ns};
 use crate::text::lines;
 use crate::{ParseError, PlaceInFile};
-use dmp_sensor::{Trajectory, TrajectoryRepairs};
 use std::io::{self, Write};
 
 /// Columns that are used; velocities and biases may follow.

@@ -1,9 +1,10 @@
 //! Trajectories as KITTI has them, read and written.
 
-use super::error::TrajectoryParseError;
-use super::numbers::{numbers, pose_of_rows};
-use crate::text::lines;
 use dmp_sensor::Trajectory;
+
+use super::error::TrajectoryParseError;
+use crate::columns::{numbers, pose_of_rows};
+use crate::text::lines;
 use std::io::{self, Write};
 
 pub(super) const ROW: &str = "a 3 x 4 matrix";

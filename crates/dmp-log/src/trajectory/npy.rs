@@ -1,12 +1,13 @@
 //! Trajectories as arrays of `NumPy`.
 
+use dmp_lengths::thousands;
+use dmp_sensor::Trajectory;
+
 use super::error::TrajectoryParseError;
-use super::numbers::pose_of_rows;
+use crate::columns::pose_of_rows;
 use crate::decimal::shorten;
 use crate::points::{Field, NumberType};
 use crate::{ParseError, PlaceInFile};
-use dmp_lengths::thousands;
-use dmp_sensor::Trajectory;
 
 /// What every such file begins with.
 pub(super) const MAGIC: &[u8] = b"\x93NUMPY";

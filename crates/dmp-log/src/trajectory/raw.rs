@@ -2,10 +2,10 @@
 
 use super::format::TrajectoryFormat;
 use super::format::{find_format, no_poses};
-use super::numbers::numbers;
 use super::read::read_bytes;
-use super::stamp_unit::{unit_of_large_numbers, unit_of_lines};
 use super::{csv, euroc, g2o, kitti, npy, redwood};
+use crate::columns::numbers;
+use crate::columns::{unit_of_large_numbers, unit_of_lines};
 use crate::text::lines;
 use crate::{LogError, ParseError, TimeUnit};
 use nalgebra::{Matrix3, Vector3};

@@ -1,5 +1,8 @@
 //! Reading a trajectory in a file of any format.
 
+use dmp_lengths::thousands;
+use dmp_sensor::{Trajectory, TrajectoryRepairs};
+
 use super::csv::parse_csv_in;
 use super::error::TrajectoryParseError;
 use super::euroc::parse_euroc_in;
@@ -8,15 +11,13 @@ use super::g2o::{GraphVertices, parse_g2o};
 use super::kitti::parse_kitti;
 use super::npy::{self, parse_npy};
 use super::redwood::parse_redwood_log;
-use super::stamp_unit::{unit_of_large_numbers, unit_of_lines};
 use super::stamps;
 use super::tum::parse_tum_in;
+use crate::columns::{unit_of_large_numbers, unit_of_lines};
 use crate::find::ROS1_MAGIC;
 use crate::reads::{ReadCount, start_of};
 use crate::text::{self, is_cut};
 use crate::{LogError, TimeUnit, fingerprint};
-use dmp_lengths::thousands;
-use dmp_sensor::{Trajectory, TrajectoryRepairs};
 use std::path::Path;
 
 /// Largest trajectory that is read. A day at 200 poses a second has 2 GiB; more is another file.

@@ -1,11 +1,12 @@
 //! Trajectories as Redwood has them, read and written.
 
+use dmp_sensor::Trajectory;
+
 use super::error::TrajectoryParseError;
-use super::numbers::{numbers, pose_of_rows};
+use crate::columns::{numbers, pose_of_rows};
 use crate::decimal::shorten;
 use crate::text::lines;
 use crate::{ParseError, PlaceInFile};
-use dmp_sensor::Trajectory;
 use std::io::{self, Write};
 
 /// Whether a line begins a block: three whole numbers.

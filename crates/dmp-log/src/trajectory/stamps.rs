@@ -1,13 +1,12 @@
 //! Stamps beside a trajectory that has none of its own.
 
-use crate::decimal::ns_to_seconds;
+use dmp_lengths::thousands;
+use dmp_sensor::{Trajectory, TrajectoryRepairs};
+
 use crate::folder::is_file;
 use crate::scan_folder::{MAX_STAMPS_BYTES, parse_times};
 use crate::text::read_text;
 use crate::{LogError, shown_path};
-use dmp_lengths::thousands;
-use dmp_sensor::{Trajectory, TrajectoryRepairs};
-use std::io::{self, Write};
 use std::path::Path;
 
 /// Gives poses without stamps those of a `times.txt` beside their file, where that has as many lines.
@@ -36,12 +35,4 @@ pub(super) fn from_times_beside(
         notes.push("no stamps: the n-th pose belongs to the n-th scan".into());
     }
     Ok(TrajectoryRepairs { trajectory, out_of_order: 0, repeated: 0 })
-}
-
-/// Writes stamps as a `times.txt` has them: seconds, one line a pose.
-///
-/// # Errors
-/// As `out` does.
-pub fn write_times(out: &mut impl Write, stamps_ns: &[i64]) -> io::Result<()> {
-    stamps_ns.iter().try_for_each(|&ns| writeln!(out, "{}", ns_to_seconds(ns)))
 }

@@ -1,16 +1,17 @@
 //! Trajectories in the messages of a bag.
 
+use dmp_lengths::thousands;
+use dmp_sensor::{Isometry3, Trajectory, TrajectoryRepairs};
+
 use super::error::TrajectoryParseError;
-use super::numbers::pose_of;
 use super::tree::MovingFrames;
 use crate::bag::{BagFound, Message, in_words};
+use crate::columns::pose_of;
 use crate::damage::DamageList;
 use crate::find::bag_at;
 use crate::frames::{STATIC_TOPIC, StaticFrames, frame_name};
 use crate::ros::{PoseCoding, PoseType, StampedPose};
 use crate::{Damage, LogError, ParseError, PlaceInFile};
-use dmp_lengths::thousands;
-use dmp_sensor::{Isometry3, Trajectory, TrajectoryRepairs};
 use std::path::Path;
 
 /// Which poses of a bag are meant.

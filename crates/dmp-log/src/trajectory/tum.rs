@@ -1,12 +1,13 @@
 //! Trajectories as TUM has them, read and written.
 
+use dmp_sensor::{Isometry3, Trajectory, TrajectoryRepairs};
+
 use super::error::TrajectoryParseError;
-use super::numbers::{numbers, pose_of};
 use crate::TimeUnit;
+use crate::columns::{numbers, pose_of};
 use crate::decimal::{ns_to_seconds, to_ns};
 use crate::text::lines;
 use crate::{ParseError, PlaceInFile};
-use dmp_sensor::{Isometry3, Trajectory, TrajectoryRepairs};
 use std::io::{self, Write};
 
 /// Parses the TUM format: lines of `stamp tx ty tz qx qy qz qw`, `world_from_body`. Stamps are read to

@@ -245,12 +245,7 @@ impl Casting {
             placed.clear();
             placed.extend(rays.iter().map(|ray| ray.placed(world_from_body)));
             queries.clear();
-            queries.extend(placed.iter().map(|ray| Query {
-                origin_in_world_m: ray.origin_in_world,
-                direction_in_world: ray.direction_in_world,
-                measured_m: ray.range_m,
-                segment: None,
-            }));
+            queries.extend(placed.iter().map(|&ray| Query { ray, segment: None }));
             caster.cast(queries, answers, buffers)?;
             left.extend(
                 placed.iter().zip(answers.iter()).map(|(ray, answer)| Left::of(ray, answer, *scales)),

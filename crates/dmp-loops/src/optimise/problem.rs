@@ -1,9 +1,10 @@
 //! The sum of squares of a graph, and its slopes.
 
-use super::Kernel;
-use super::cholesky::{Meeting, Model, System};
-use super::residual::{Slope, bend, moved, residual, slope};
 use dmp_sensor::{Isometry3, PoseEdge, PoseGraph};
+
+use super::cholesky::{Meeting, Model, System};
+use super::kernel::Kernel;
+use super::residual::{Slope, bend, moved, residual, slope};
 use nalgebra::Vector6;
 
 /// A sum of squares over the poses of a graph, some of which are held where they are.

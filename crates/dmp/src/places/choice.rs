@@ -1,12 +1,12 @@
 //! Selects the places to score.
 
+use dmp_report::PlacesReport;
+use dmp_runs::{EvaluateError, ScoredPlace};
+
 use super::draw::{FEW_PLACES, draw};
 use super::scans::DriveScans;
 use super::survey;
 use super::way::{LENGTH_M, PlaceScans, SPACING_M, Way};
-use crate::error::EvaluateError;
-use crate::report::PlacesReport;
-use crate::sink::ScoredPlace;
 
 /// With fewer places a sample is pointless.
 const FEWEST_PLACES: usize = 4;

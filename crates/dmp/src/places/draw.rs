@@ -1,6 +1,6 @@
 //! Draws the places to read: as many as the byte budget allows.
 
-use crate::sample::{Looks, Sample};
+use dmp_runs::{Looks, Sample};
 
 /// With fewer places intervals are wide, and on a long drive with few revisits too narrow: see
 /// `docs/accuracy.md`.

@@ -1,7 +1,6 @@
 //! The drive of a quick score: the scans that every run has a pose for, and their path.
 
-use crate::frames::PlannedFrame;
-use crate::plan::RunPath;
+use dmp_runs::{PlannedFrame, RunPath};
 
 /// The scans that every run has a pose for.
 #[derive(Debug, Clone)]

@@ -14,24 +14,16 @@ use std::time::Instant;
 
 use dmp_log::{Damage, LogOutline};
 use dmp_map::Store;
+use dmp_report::{Pairing, PassTimes, Report};
+use dmp_runs::{
+    Config, EvaluateError, Heads, Looks, MapSource, Means, PosedRun, Remedy, Run, Sample, Selection,
+    SettingName, Settings, Watch, check_runs, own_frame, pool,
+};
 use dmp_sensor::DropReason;
 
-use crate::cast::Scored;
-use crate::config::{Config, MapSource, Run};
-use crate::error::{EvaluateError, Remedy};
-use crate::evaluation::{FuseTotals, check_runs};
-use crate::heads::Heads;
-use crate::own_frame;
-use crate::pairing::Pairing;
-use crate::peak;
-use crate::plan::Selection;
-use crate::report::{Findings, MapSummary, PassTimes, Report, drops_in_words};
-use crate::run_state::RunState;
-use crate::sample::{Looks, Sample};
-use crate::setting_name::SettingName;
-use crate::settings::{Means, Settings};
-use crate::watch::Watch;
-use crate::work::{MapFacts, pool};
+use crate::means::peak;
+use crate::passes::{FuseTotals, MapFacts, Scored};
+use crate::results::{Findings, MapSummary, drops_in_words};
 use choice::Places;
 pub use draw::drawn_places;
 use drive::Drive;
@@ -167,7 +159,7 @@ pub fn quick_reads(
 }
 
 /// The scans in use, those of them that all runs have, and the runs without maps.
-type Placed<'a> = (Selection, Drive, Vec<RunState<'a, Option<Store>>>);
+type Placed<'a> = (Selection, Drive, Vec<PosedRun<'a, Option<Store>>>);
 
 /// The drive by the log's index, and its runs.
 fn placed<'a>(

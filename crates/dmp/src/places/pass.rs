@@ -4,20 +4,13 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use dmp_disk::WorkFolder;
 use dmp_reduce::{Basis, Layout, Reducer};
+use dmp_runs::{EvaluateError, Means, Run, RunPoses, ScoredPlace, Settings, Stage, Watch};
 
 use super::scans::DriveScans;
 use super::score::{PlaceScorer, PlaceTotals};
 use super::way::PlaceScans;
-use crate::config::Run;
-use crate::error::EvaluateError;
-use crate::extent::Extent;
-use crate::memory::PlaceNeeds;
-use crate::plan::Plan;
-use crate::progress::Stage;
-use crate::run_poses::RunPoses;
-use crate::settings::{Means, Settings};
-use crate::sink::ScoredPlace;
-use crate::watch::Watch;
+use crate::means::{Extent, PlaceNeeds};
+use crate::passes::Plan;
 
 /// State shared by the threads.
 pub(super) struct Pass<'p> {
@@ -39,10 +32,10 @@ impl Pass<'_> {
         all: u64,
     ) -> Result<(Reducer, PlaceTotals, usize), EvaluateError> {
         let needs = self.needs(drawn)?;
-        let (threads, means) = needs.share(self.means, drawn.len())?;
+        let (threads, mut means) = needs.share(self.means, drawn.len())?;
         // Every place writes to its own folder in this one.
         let folder = WorkFolder::new(&self.means.work_folder)?;
-        let means = Means { work_folder: folder.path().to_path_buf(), ..means };
+        means.work_folder = folder.path().to_path_buf();
         let layout = Layout::new(all, vec![Basis::CrossValidated; self.asked.len()])
             .with_miss_price(self.settings.miss_price);
         let progress = self.watch.progress;

@@ -4,20 +4,16 @@ use std::collections::{BTreeSet, HashMap};
 
 use dmp_log::{LogOutline, MemoryLog, OutlinedScan, ScanLog};
 use dmp_map::Store;
+use dmp_runs::{EvaluateError, PlannedFrame, PosedRun, RunPoses, Settings};
 
 use super::drive::Drive;
-use crate::error::EvaluateError;
-use crate::frames::PlannedFrame;
-use crate::run_poses::RunPoses;
-use crate::run_state::RunState;
-use crate::settings::Settings;
 
 /// A drive on a log of which few scans were read. Scans are identified by their ordinals in the drive.
 #[derive(Debug)]
 pub(crate) struct DriveScans<'a> {
     outline: &'a LogOutline,
     drive: &'a Drive,
-    runs: &'a [RunState<'a, Option<Store>>],
+    runs: &'a [PosedRun<'a, Option<Store>>],
     /// From a scan's number in the log to its ordinal in the drive.
     ordinals: HashMap<usize, usize>,
 }
@@ -26,7 +22,7 @@ impl<'a> DriveScans<'a> {
     pub(crate) fn new(
         outline: &'a LogOutline,
         drive: &'a Drive,
-        runs: &'a [RunState<'a, Option<Store>>],
+        runs: &'a [PosedRun<'a, Option<Store>>],
     ) -> Self {
         let numbers = drive.frames.iter().enumerate().map(|(ordinal, frame)| (frame.number, ordinal));
         Self { outline, drive, runs, ordinals: numbers.collect() }
@@ -41,7 +37,7 @@ impl<'a> DriveScans<'a> {
     }
 
     /// The runs, without maps.
-    pub(crate) fn runs(&self) -> &'a [RunState<'a, Option<Store>>] {
+    pub(crate) fn runs(&self) -> &'a [PosedRun<'a, Option<Store>>] {
         self.runs
     }
 

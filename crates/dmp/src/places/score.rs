@@ -7,25 +7,18 @@ use std::time::Instant;
 use dmp_log::{Damage, MemoryLog, ScanLog};
 use dmp_map::{Lattice, Store, TileId};
 use dmp_reduce::{Basis, FrameSet, FrameSums, RunSums};
+use dmp_report::MapReport;
+use dmp_runs::{
+    EvaluateError, Means, Note, PlannedFrame, PosedRun, Progress, Run, ScoredReturns, Selection, Settings,
+    Sink, Watch,
+};
 use dmp_sensor::{DropReason, ReturnCounts};
 
 use super::scans::DriveScans;
 use super::way::PlaceScans;
-use crate::config::Run;
-use crate::error::EvaluateError;
-use crate::evaluation::Task;
-use crate::extent::Extent;
-use crate::frames::PlannedFrame;
-use crate::note::Note;
-use crate::plan::{Plan, Selection};
-use crate::progress::Progress;
-use crate::report::{MapReport, map_report};
-use crate::run_map::tile_bytes;
-use crate::run_state::RunState;
-use crate::settings::{Means, Settings};
-use crate::sink::{ScoredReturns, Sink};
-use crate::watch::Watch;
-use crate::work::Work;
+use crate::means::{Extent, Work};
+use crate::passes::{Plan, Task, tile_bytes};
+use crate::results::map_report;
 
 /// The place scorer of one thread.
 pub(super) struct PlaceScorer<'a> {
@@ -33,7 +26,7 @@ pub(super) struct PlaceScorer<'a> {
     /// The plan common to all places: voxels, filter.
     pub(super) plan: &'a Plan,
     pub(super) asked: &'a [Run],
-    pub(super) runs: &'a [RunState<'a, Option<Store>>],
+    pub(super) runs: &'a [PosedRun<'a, Option<Store>>],
     pub(super) settings: &'a Settings,
     /// This thread's share of the memory, and a bound for a place without its scans.
     pub(super) means: &'a Means,
@@ -149,7 +142,7 @@ impl PlaceScorer<'_> {
         let work = Arc::new(Work::open(log, self.asked, &settings, &means, self.extent)?);
         let plan = Plan { selection: Selection { frames, ..Selection::default() }, ..self.plan.clone() };
         let in_use = &self.scans.drive().in_use;
-        let here = |run: &RunState<'_, Option<Store>>| {
+        let here = |run: &PosedRun<'_, Option<Store>>| {
             run.path.through(ordinals.iter().map(|&ordinal| Some(in_use[ordinal])))
         };
         let runs = self.runs.iter().map(|run| run.like(None).with_path(here(run))).collect();

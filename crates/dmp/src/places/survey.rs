@@ -1,14 +1,10 @@
 //! Surveys what is common to all places: the vehicle and the voxel edge.
 
 use dmp_log::{LogOutline, ScanLog};
+use dmp_runs::{EvaluateError, Looks, PlannedFrame, Progress, Selection, Settings};
 
 use super::scans::DriveScans;
-use crate::error::EvaluateError;
-use crate::frames::PlannedFrame;
-use crate::plan::{Plan, SURVEYED_SCANS, Selection, Survey, spread};
-use crate::progress::Progress;
-use crate::sample::Looks;
-use crate::settings::Settings;
+use crate::passes::{Plan, SURVEYED_SCANS, Survey, spread};
 
 /// Approximate number of bytes read for the survey.
 pub(super) fn bytes(outline: &LogOutline) -> u64 {

@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context as _, ensure};
 use dmp_cast::Query;
 use dmp_map::WorldSurfel;
+use dmp_sensor::Ray;
 
 /// Centre, normal, radius; or origin, direction, measured range.
 pub(super) type Record = [f32; 7];
@@ -89,9 +90,11 @@ impl Work {
         let query = |(ray, &segment): (&Record, &i32)| {
             let [x, y, z, dx, dy, dz, measured_m] = ray.map(f64::from);
             Query {
-                origin_in_world_m: [x, y, z],
-                direction_in_world: [dx, dy, dz],
-                measured_m,
+                ray: Ray {
+                    origin_in_world: [x, y, z],
+                    direction_in_world: [dx, dy, dz],
+                    range_m: measured_m,
+                },
                 segment: Some(segment),
             }
         };

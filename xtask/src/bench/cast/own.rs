@@ -167,16 +167,16 @@ mod tests {
             let mut best = [f64::NAN; 3];
             for surfel in &surfels {
                 let dot = |a: [f64; 3]| -> f64 { (0..3).map(|k| a[k] * f64::from(surfel.normal[k])).sum() };
-                let to = |k: usize| surfel.centre_in_world_m[k] - query.origin_in_world_m[k];
-                let cos = dot(query.direction_in_world);
+                let to = |k: usize| surfel.centre_in_world_m[k] - query.ray.origin_in_world[k];
+                let cos = dot(query.ray.direction_in_world);
                 let range_m = dot([to(0), to(1), to(2)]) / cos;
-                let off = |k: usize| range_m * query.direction_in_world[k] - to(k);
+                let off = |k: usize| range_m * query.ray.direction_in_world[k] - to(k);
                 let is_in = (0..3).map(|k| off(k) * off(k)).sum::<f64>() <= work.radius_m() * work.radius_m();
-                if cos.abs() < 0.01 || !is_in || range_m < 0.0 || range_m > query.measured_m + bound_m {
+                if cos.abs() < 0.01 || !is_in || range_m < 0.0 || range_m > query.ray.range_m + bound_m {
                     continue;
                 }
                 best[0] = best[0].min(range_m);
-                if (range_m - query.measured_m).abs() <= 5.0 {
+                if (range_m - query.ray.range_m).abs() <= 5.0 {
                     best[1] = range_m;
                 }
                 if surfel.third_lowest < 8 {

@@ -6,7 +6,7 @@ use anyhow::{Context as _, ensure};
 use dmp::Scales;
 use dmp_log::{LogOptions, ScanLog, open_log, read_trajectory};
 use dmp_sensor::Trajectory;
-use dmp_sim::{LidarOptions, Recording, RecordingOptions, Route, Town, TownOptions};
+use dmp_sim::{LidarOptions, Recording, RecordingOptions, Route};
 
 use super::super::drives::{DriveSpec, drives};
 use super::super::logs::write_log;
@@ -28,8 +28,6 @@ pub(super) struct NullLog {
     pub(super) scales: Scales,
     /// Time from scan to scan.
     pub(super) period_ns: i64,
-    /// The same drive through other traffic, where there is any.
-    pub(super) other_traffic: Option<Box<dyn ScanLog>>,
 }
 
 /// Those that are wanted, or all.
@@ -54,8 +52,8 @@ impl NullLog {
             let (log, mut runs) = room(seed.parse()?, &work.join("rooms"))?;
             let base = runs.swap_remove(0).trajectory;
             let period_ns = log.summary().period_ns.context("a simulated log has stamps")?;
-            let (scales, other_traffic) = (Scales::Room, None);
-            return Ok(Some(Self { name: name.to_owned(), log, base, scales, period_ns, other_traffic }));
+            let (name, scales) = (name.to_owned(), Scales::Room);
+            return Ok(Some(Self { name, log, base, scales, period_ns }));
         }
         let drive = drives().into_iter().find(|drive| drive.name == name);
         let options = drive.map_or_else(short, |drive: DriveSpec| drive.options);
@@ -63,22 +61,12 @@ impl NullLog {
         let recording = Recording::new(&town, &options)?;
         let path = work.join(format!("{name}.mcap"));
         write_log(&recording, &path)?;
-        let other_traffic = if options.traffic > 0 {
-            let traffic_seed = Some(options.seed + 1);
-            let town = Town::new(TownOptions { traffic_seed, ..town.options().clone() })?;
-            let path = work.join(format!("{name}.other-traffic.mcap"));
-            write_log(&Recording::new(&town, &options)?, &path)?;
-            Some(open_log(&path, &LogOptions::default())?)
-        } else {
-            None
-        };
         Ok(Some(Self {
             name: name.to_owned(),
             log: open_log(&path, &LogOptions::default())?,
             base: recording.drive().trajectory(TRUTH_HZ)?,
             scales: Scales::Drive,
             period_ns: (1e9 / options.lidar.rate_hz).round() as i64,
-            other_traffic,
         }))
     }
 }
@@ -101,6 +89,6 @@ fn real(folder: &str, trajectory: &str) -> anyhow::Result<Option<NullLog>> {
     let stamps = base.stamps_ns().context("the trajectories of the recordings have stamps")?;
     // A pose a scan, line by line.
     let period_ns = (stamps[stamps.len() - 1] - stamps[0]) / stamps.len() as i64;
-    let (name, scales, other_traffic) = (folder.to_owned(), Scales::Drive, None);
-    Ok(Some(NullLog { name, log, base, scales, period_ns, other_traffic }))
+    let (name, scales) = (folder.to_owned(), Scales::Drive);
+    Ok(Some(NullLog { name, log, base, scales, period_ns }))
 }

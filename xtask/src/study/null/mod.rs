@@ -1,7 +1,6 @@
 //! `cargo xtask study null`: whether verdicts call equal runs equal, and still order different ones.
 
 mod drift;
-mod halves;
 mod logs;
 mod sets;
 mod sums;
@@ -13,7 +12,6 @@ use anyhow::Context as _;
 use dmp::{Config, Run};
 use dmp_sensor::Trajectory;
 
-use halves::halves;
 use logs::{NullLog, names};
 use sets::{Set, sets};
 use tally::{Counts, Verdicts};
@@ -51,7 +49,6 @@ pub(super) fn run(arguments: &NullArgs) -> anyhow::Result<()> {
             counts.print(&name, &set.name);
             verdicts.add(&set, counts);
         }
-        halves(&log)?.print(&name);
     }
     if arguments.drift {
         drift::print(&of_drift);

@@ -15,7 +15,7 @@ use super::{
     WithoutResult,
 };
 use crate::loops::inputs::Inputs;
-use crate::loops::map_options;
+use crate::loops::options::map_options;
 use crate::loops::ranked::Ranked;
 use crate::options::{Asked, graph};
 

@@ -11,6 +11,7 @@ use dmp_truth::surface::{
 };
 use dmp_truth::trajectory::rigid_alignment;
 
+use crate::announce;
 use crate::clock::RunClock;
 use crate::common::Common;
 use crate::exit::Usage;
@@ -20,7 +21,6 @@ use crate::options::{Asked, truth};
 use crate::progress::Progress;
 use crate::runs::{self, Runs};
 use crate::save::is_missing;
-use crate::score::announce;
 
 /// Every map against the reference.
 #[derive(Debug)]

@@ -5,9 +5,10 @@ mod tests;
 
 use std::collections::{BTreeSet, HashMap};
 
+use dmp_runs::RunPoses;
+
 use crate::places::scans::DriveScans;
 use crate::places::whereabouts::{Whereabouts, distance};
-use crate::run_poses::RunPoses;
 
 /// Length of a place along the path, metres.
 pub(crate) const LENGTH_M: f64 = 10.0;

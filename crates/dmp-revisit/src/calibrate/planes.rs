@@ -1,0 +1,162 @@
+//! How thick the surfaces are that several scans see, and how that changes with what is looked for.
+//!
+//! The scans of a block are put together and cut into cells. In a cell with returns of several scans on a plane, the least
+//! eigenvalue of the covariance is the mean square distance to that plane, whatever the plane: its place and slope are
+//! eliminated (variable projection). Scans put together wrongly make planes thick. A plane that one scan alone sees says
+//! nothing, and has no vote.
+
+use dmp_map::smallest_eigenvector;
+use dmp_sensor::Vector3;
+
+use crate::calibrate::axis::{AXES, Matrix, Vector};
+use crate::calibrate::mount::{Moment, Trial};
+use crate::calibrate::sample::Block;
+
+/// Fewest returns of a plane, and of scans that see it.
+const RETURNS: usize = 8;
+const SCANS: usize = 2;
+/// A plane has extent in two directions: the middle eigenvalue is at least this share of the square of a cell's edge, and
+/// the least at most this share of the middle one.
+const EXTENT: f64 = 0.01;
+const FLATNESS: f64 = 0.15;
+
+/// How closely it is looked: the edge of cells, the thickness at which a plane weighs a quarter, and every how many-th return
+/// takes part.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Level {
+    pub(crate) edge_m: f64,
+    pub(crate) thick_m: f64,
+    pub(crate) every: usize,
+}
+
+/// The sums over the planes of a block: Σ w J Jᵀ and Σ w J r over their returns, r the distance to the plane, J its change
+/// with a unit of each axis while the plane goes along; and Σ w r², Σ w.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Equations {
+    pub(crate) hessian: Matrix,
+    pub(crate) gradient: Vector,
+    pub(crate) squares_m2: f64,
+    pub(crate) weight: f64,
+}
+
+impl Default for Equations {
+    fn default() -> Self {
+        Self { hessian: Matrix::zeros(), gradient: Vector::zeros(), squares_m2: 0.0, weight: 0.0 }
+    }
+}
+
+impl Equations {
+    pub(crate) fn add(&mut self, other: &Self) {
+        self.hessian += other.hessian;
+        self.gradient += other.gradient;
+        self.squares_m2 += other.squares_m2;
+        self.weight += other.weight;
+    }
+}
+
+#[derive(Clone, Copy)]
+struct Placed {
+    scan: u32,
+    place_m: Vector3<f64>,
+    in_sensor_m: Vector3<f64>,
+    after_ns: i64,
+    moment: u32,
+}
+
+/// The sums over the planes of one block.
+pub(crate) fn equations(block: &Block, trial: &Trial<'_>, level: Level, metre_m: f64) -> Equations {
+    let (mut moments, mut placed): (Vec<Moment>, Vec<Placed>) = (Vec::new(), Vec::new());
+    let (mut cursors, mut origin_m) = (trial.cursors(), None);
+    // What was placed, by its cell: numbers are sorted, since they are small.
+    let mut order: Vec<u128> = Vec::new();
+    for (scan, snapshot) in (0..).zip(&block.scans) {
+        let Some(stamp_ns) = trial.mount.stamp_ns(snapshot) else { continue };
+        let mut last_ns = None;
+        for one in snapshot.returns.iter().step_by(level.every) {
+            if last_ns != Some(one.after_ns) {
+                let Some(moment) = trial.at(&mut cursors, stamp_ns, one.after_ns) else { continue };
+                moments.push(moment);
+                last_ns = Some(one.after_ns);
+            }
+            let place_m = moments[moments.len() - 1].place(&one.in_sensor_m);
+            let place_m = place_m - *origin_m.get_or_insert(place_m);
+            let cell = [place_m.x, place_m.y, place_m.z].map(|c| (c / level.edge_m).floor() as i32);
+            let moment = (moments.len() - 1) as u32;
+            order.push(key_of(cell, placed.len() as u32));
+            placed.push(Placed {
+                scan,
+                place_m,
+                in_sensor_m: one.in_sensor_m,
+                after_ns: one.after_ns,
+                moment,
+            });
+        }
+    }
+    order.sort_unstable();
+    let mut sums = Equations::default();
+    let mut in_cell = Vec::new();
+    for cell in order.chunk_by(|a, b| a >> 32 == b >> 32).filter(|cell| cell.len() >= RETURNS) {
+        in_cell.clear();
+        in_cell.extend(cell.iter().map(|&key| placed[key as u32 as usize]));
+        add_plane(&in_cell, &moments, level, metre_m, &mut sums);
+    }
+    sums
+}
+
+/// Orders by cell, and in a cell by index.
+fn key_of(cell: [i32; 3], index: u32) -> u128 {
+    let high = cell.iter().fold(0_u128, |key, &c| key << 32 | u128::from(c as u32 ^ 1 << 31));
+    high << 32 | u128::from(index)
+}
+
+fn add_plane(cell: &[Placed], moments: &[Moment], level: Level, metre_m: f64, sums: &mut Equations) {
+    // Within a cell the returns of a scan follow each other.
+    let scans = 1 + cell.windows(2).filter(|pair| pair[0].scan != pair[1].scan).count();
+    if scans < SCANS {
+        return;
+    }
+    let count = cell.len() as f64;
+    let mean_m = cell.iter().map(|one| one.place_m).sum::<Vector3<f64>>() / count;
+    let mut moment = [0.0; 6];
+    for one in cell {
+        let d = one.place_m - mean_m;
+        let products = [d.x * d.x, d.x * d.y, d.x * d.z, d.y * d.y, d.y * d.z, d.z * d.z];
+        for (sum, product) in moment.iter_mut().zip(products) {
+            *sum += product / count;
+        }
+    }
+    let (normal, [least, middle, _]) = smallest_eigenvector(moment);
+    if middle < EXTENT * level.edge_m * level.edge_m || least > FLATNESS * middle {
+        return;
+    }
+    let normal = Vector3::from(normal);
+    let along = normal.cross(&if normal.x.abs() < 0.6 { Vector3::x() } else { Vector3::y() }).normalize();
+    let across = normal.cross(&along);
+    // [1, u, v], against which distances and their changes are taken: the plane goes along.
+    let mut gram = nalgebra::Matrix3::<f64>::zeros();
+    let mut with_plane = nalgebra::SMatrix::<f64, 3, AXES>::zeros();
+    let (mut hessian, mut gradient) = (Matrix::zeros(), Vector::zeros());
+    for one in cell {
+        let d = one.place_m - mean_m;
+        let on_plane = Vector3::new(1.0, along.dot(&d) / level.edge_m, across.dot(&d) / level.edge_m);
+        let change = Vector::from(moments[one.moment as usize].gradient(
+            &one.in_sensor_m,
+            one.after_ns,
+            &normal,
+            metre_m,
+        ));
+        gram += on_plane * on_plane.transpose();
+        with_plane += on_plane * change.transpose();
+        hessian += change * change.transpose();
+        gradient += change * normal.dot(&d);
+    }
+    let Some(inverse) = gram.try_inverse() else { return };
+    hessian -= with_plane.transpose() * inverse * with_plane;
+    // Geman–McClure on the thickness: thick planes are no planes.
+    let thin = 1.0 + least.max(0.0) / (level.thick_m * level.thick_m);
+    let weight = 1.0 / (thin * thin);
+    sums.hessian += hessian * weight;
+    sums.gradient += gradient * weight;
+    sums.squares_m2 += least.max(0.0) * count * weight;
+    sums.weight += count * weight;
+}

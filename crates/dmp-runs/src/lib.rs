@@ -1,0 +1,29 @@
+//! What a score is made with: the settings, and each run on the scans of a log.
+//!
+//! - `asked`: [`Config`] and what it becomes on a log, who watches, and every error.
+//! - `runs`: the poses of a [`Run`] on the log's clock and in its own frame, its path and segments, the rays of its returns.
+//! - `vet`: whether a run belongs to the log, and its conventions ([`mod@vet`]).
+//!
+//! What is found of one run depends on no other. Programs use these types as those of the crate `dmp`.
+
+mod asked;
+pub mod own_frame {
+    //! The frame in which a run is scored.
+    pub use crate::runs::own_frame::{place, tilt};
+}
+mod runs;
+mod vet;
+
+pub use asked::{
+    Config, Decide, DriftPairs, DriftReach, EvaluateError, Frame, FrameOrder, Looks, MapSource, Means, Note,
+    Progress, Remedy, Run, RunSource, Sample, ScoredPlace, ScoredReturns, ScoredRun, SettingName, Settings,
+    Sink, Stage, Unposed, Watch, as_asked_m, check_runs, in_threads, in_voxels, in_words, pool,
+};
+pub use runs::{
+    BLOCK_RAYS, Block, Heads, KNOWN_TIMES, MIN_BLOCK_RETURNS, PlannedFrame, PosedRun, Poser, RunPath,
+    RunPoses, Selection, file_stem_of, on_log_clock, posed,
+};
+pub use vet::{
+    Doubt, DoubtTest, Found, Mend, PointTimes, PosesAs, Profile, VetSummary, Vetted, profiles, vet,
+    vet_outline,
+};

@@ -1,0 +1,235 @@
+//! Converts returns into rays, in each run.
+
+use dmp_sensor::{
+    DropReason, Isometry3, Matrix3, Ray, ReturnCounts, ReturnFilter, Scan, TrackCursor, Vector3,
+    is_implausible,
+};
+
+use crate::runs::frame::PlannedFrame;
+use crate::runs::known_poses::KnownPoses;
+use crate::runs::path::RunPath;
+use crate::runs::run_poses::{RunPoses, ScanPose};
+
+/// Returns processed at a time, over all runs: limits the memory of a thread for any size of scan and number
+/// of runs. No number depends on it.
+pub const BLOCK_RAYS: usize = 28 << 10;
+/// Least returns of a block, for any number of runs.
+pub const MIN_BLOCK_RETURNS: usize = 1 << 10;
+
+/// Some used returns of a scan, the same for every run.
+#[derive(Debug, Clone, Copy)]
+pub struct Block<'a> {
+    runs: &'a [RunCursor<'a>],
+    /// Time of each after the scan's stamp, nanoseconds.
+    pub offsets_ns: &'a [i64],
+    /// In the sensor frame, metres.
+    pub points_in_sensor_m: &'a [[f32; 3]],
+}
+
+impl Block<'_> {
+    /// The rays of the returns in one run, as many as [`Self::is_posed`] says are any; none where it has no pose for the
+    /// scan.
+    pub fn rays(&self, run: usize) -> &[Ray] {
+        &self.runs[run].rays
+    }
+
+    /// For each of these rays whether the run has a pose at its time.
+    pub fn is_posed(&self, run: usize) -> &[bool] {
+        &self.runs[run].is_posed
+    }
+
+    /// The rays for which the run has a pose, with the numbers of the returns.
+    pub fn posed(&self, run: usize) -> impl Iterator<Item = (usize, &Ray)> {
+        let rays = self.rays(run).iter().enumerate();
+        rays.zip(self.is_posed(run)).filter_map(|(ray, &is_posed)| is_posed.then_some(ray))
+    }
+
+    /// Number of returns.
+    pub fn len(&self) -> usize {
+        self.offsets_ns.len()
+    }
+}
+
+/// Converts scans into rays, one for every run and every used return.
+#[derive(Debug)]
+pub struct Poser<'a> {
+    filter: &'a ReturnFilter,
+    runs: Vec<RunCursor<'a>>,
+    known: KnownPoses,
+    offsets_ns: Vec<i64>,
+    points_in_sensor_m: Vec<[f32; 3]>,
+}
+
+/// The state of one run.
+#[derive(Debug)]
+struct RunCursor<'a> {
+    poses: &'a RunPoses,
+    path: &'a RunPath,
+    cursor: TrackCursor<'a>,
+    /// How poses are found in the current scan, and the pose of the current returns; `None` without any.
+    of_scan: Option<ScanPose>,
+    world_from_sensor: Option<Isometry3<f64>>,
+    /// For the current block.
+    rays: Vec<Ray>,
+    is_posed: Vec<bool>,
+}
+
+impl<'a> Poser<'a> {
+    /// For some runs; `filter` says which returns are used.
+    pub fn new(
+        runs: impl IntoIterator<Item = (&'a RunPoses, &'a RunPath)>,
+        filter: &'a ReturnFilter,
+    ) -> Self {
+        let posed = |(poses, path): (&'a RunPoses, &'a RunPath)| RunCursor {
+            poses,
+            path,
+            cursor: poses.track().cursor(),
+            of_scan: None,
+            world_from_sensor: None,
+            rays: Vec::new(),
+            is_posed: Vec::new(),
+        };
+        let runs = runs.into_iter().map(posed).collect();
+        Self {
+            filter,
+            runs,
+            known: KnownPoses::default(),
+            offsets_ns: Vec::new(),
+            points_in_sensor_m: Vec::new(),
+        }
+    }
+
+    /// Passes `each` the used returns of the scan with this ordinal, block by block, if some run has a pose for it. The
+    /// returned counts cover every return of the scan.
+    pub fn blocks<E>(
+        &mut self,
+        (ordinal, frame): (usize, &PlannedFrame),
+        scan: &Scan,
+        mut each: impl FnMut(Block<'_>) -> Result<(), E>,
+    ) -> Result<ReturnCounts, E> {
+        let mut counts = ReturnCounts::default();
+        if !self.begin(ordinal, frame) {
+            counts.add_dropped(DropReason::NoPose, scan.len() as u64);
+            return Ok(counts);
+        }
+        let block_returns = (BLOCK_RAYS / self.runs.len().max(1)).max(MIN_BLOCK_RETURNS);
+        self.clear();
+        self.known.clear();
+        // The beams of a firing share their time and thus their poses.
+        let mut posed_at_ns = None;
+        for (index, &point) in scan.points_in_sensor_m.iter().enumerate() {
+            if let Err(reason) = self.filter.check(point) {
+                counts.add_dropped(reason, 1);
+                if is_implausible(point) {
+                    counts.add_implausible();
+                }
+                continue;
+            }
+            let offset_ns = scan.time_offsets_ns.get(index).copied().unwrap_or(0);
+            if posed_at_ns != Some(offset_ns) {
+                self.pose_points();
+                self.move_to(offset_ns);
+                posed_at_ns = Some(offset_ns);
+            }
+            counts.add_used();
+            self.offsets_ns.push(offset_ns);
+            self.points_in_sensor_m.push(point);
+            if self.offsets_ns.len() == block_returns {
+                self.pose_points();
+                each(self.block())?;
+                self.clear();
+            }
+        }
+        if !self.offsets_ns.is_empty() {
+            self.pose_points();
+            each(self.block())?;
+        }
+        Ok(counts)
+    }
+
+    /// Looks up how each run poses the scan; returns whether any does.
+    fn begin(&mut self, ordinal: usize, frame: &PlannedFrame) -> bool {
+        for run in &mut self.runs {
+            run.of_scan = if run.path.has(ordinal) { run.poses.of_scan(frame) } else { None };
+        }
+        self.runs.iter().any(|run| run.of_scan.is_some())
+    }
+
+    /// Passes `each` the positions of some used returns of the scan in each run, metres in the frames of
+    /// `own_from_world`, and the number of the run; runs without such a frame are skipped. Only returns whose
+    /// index `is_drawn` are used; the others cost nothing.
+    pub fn endpoints(
+        &mut self,
+        (ordinal, frame): (usize, &PlannedFrame),
+        scan: &Scan,
+        own_from_world: &[Option<Isometry3<f64>>],
+        is_drawn: impl Fn(usize) -> bool,
+        mut each: impl FnMut(usize, [f64; 3]),
+    ) {
+        self.begin(ordinal, frame);
+        let mut posed_at_ns = None;
+        let mut own_from_sensor: Vec<(usize, Matrix3<f64>, Vector3<f64>)> = Vec::new();
+        let drawn = scan.points_in_sensor_m.iter().enumerate().filter(|&(index, _)| is_drawn(index));
+        for (index, &point) in drawn.filter(|&(_, &point)| self.filter.check(point).is_ok()) {
+            let offset_ns = scan.time_offsets_ns.get(index).copied().unwrap_or(0);
+            if posed_at_ns != Some(offset_ns) {
+                posed_at_ns = Some(offset_ns);
+                own_from_sensor.clear();
+                let posed = self.runs.iter_mut().zip(own_from_world).enumerate();
+                own_from_sensor.extend(posed.filter_map(|(number, (run, own_from_world))| {
+                    let pose = (*own_from_world)? * run.pose_at(offset_ns)?;
+                    Some((number, *pose.rotation.to_rotation_matrix().matrix(), pose.translation.vector))
+                }));
+            }
+            let in_sensor = Vector3::from(point.map(f64::from));
+            for (run, rotation, translation) in &own_from_sensor {
+                each(*run, (rotation * in_sensor + translation).into());
+            }
+        }
+    }
+
+    /// Moves the runs to this time after the scan's stamp.
+    fn move_to(&mut self, offset_ns: i64) {
+        if let Some(poses) = self.known.of(offset_ns) {
+            self.runs.iter_mut().zip(poses).for_each(|(run, pose)| run.world_from_sensor = *pose);
+            return;
+        }
+        self.runs.iter_mut().for_each(|run| run.world_from_sensor = run.pose_at(offset_ns));
+        self.known.keep(offset_ns, self.runs.iter().map(|run| run.world_from_sensor));
+    }
+
+    /// Computes the rays of the new points, all at the current poses: those of a firing in one loop.
+    fn pose_points(&mut self) {
+        for run in self.runs.iter_mut().filter(|run| run.of_scan.is_some()) {
+            let points = &self.points_in_sensor_m[run.rays.len()..];
+            // A return without a pose has a ray all the same, which nobody takes.
+            let pose = run.world_from_sensor.unwrap_or_default();
+            run.rays.extend(points.iter().map(|&point| Ray::of_return(&pose, point)));
+            run.is_posed.resize(run.rays.len(), run.world_from_sensor.is_some());
+        }
+    }
+
+    fn clear(&mut self) {
+        for run in &mut self.runs {
+            run.rays.clear();
+            run.is_posed.clear();
+        }
+        self.offsets_ns.clear();
+        self.points_in_sensor_m.clear();
+    }
+
+    fn block(&self) -> Block<'_> {
+        let Self { runs, offsets_ns, points_in_sensor_m, .. } = self;
+        Block { runs, offsets_ns, points_in_sensor_m }
+    }
+}
+
+impl RunCursor<'_> {
+    /// The pose of the returns at this time after the scan's stamp.
+    fn pose_at(&mut self, offset_ns: i64) -> Option<Isometry3<f64>> {
+        match self.of_scan? {
+            ScanPose::Rigid(pose) => Some(pose),
+            ScanPose::After(stamp_ns) => self.cursor.world_from_sensor_at(stamp_ns.checked_add(offset_ns)?),
+        }
+    }
+}

@@ -1,0 +1,205 @@
+//! Divides the memory: threads take what they need, and the shares below divide the rest.
+
+use dmp_cast::{Answer, Query};
+use dmp_log::{LogFormat, ScanLog};
+use dmp_reduce::{FrameSums, Reducer, Residuals};
+use dmp_runs::{BLOCK_RAYS, EvaluateError, KNOWN_TIMES, MIN_BLOCK_RETURNS, Means};
+use dmp_sensor::{Isometry3, Ray};
+
+use crate::means::extent::{Extent, TILE_SUMS_BYTES};
+
+// Shares of the memory for tables and tiles, one pass at a time. The remainder covers fragmentation: the C
+// library holds freed memory because lists are freed in another order than allocated, measured up to a third
+// (docs/performance.md).
+
+/// The maps under construction, together.
+const FUSE_SHARE: f64 = 0.5;
+/// The tiles of all maps during the cast.
+const CAST_SHARE: f64 = 0.55;
+/// The tiles in which rays are counted, and the counts, during the search for trails.
+const COUNTED_TILES_SHARE: f64 = 0.3;
+const COUNTS_SHARE: f64 = 0.2;
+/// Free voxels while maps are fused without trails.
+const FREE_VOXELS_SHARE: f64 = 0.1;
+
+// Fixed memory, before anything is shared:
+
+/// The program itself, bytes.
+const PROGRAM_BYTES: usize = 8 << 20;
+/// Memory of each of them, in a table that is at most half full.
+const KNOWN_TIME_BYTES: usize = 4 * size_of::<(i64, usize)>();
+/// Memory of a thread per ray of a block: ray, time, query, answer, residuals; plus a quarter for growing
+/// lists.
+const RAY_BYTES: usize =
+    (size_of::<Ray>() + size_of::<i64>() + size_of::<Query>() + size_of::<Answer>() + size_of::<Residuals>())
+        / 4
+        * 5;
+/// Memory of a thread per return of a scan: coordinates, a time, and growing lists.
+const RETURN_BYTES: usize = 32;
+/// Packets of rays in flight, the current tile and its construction.
+const THREAD_BYTES: usize = 2 << 20;
+/// Memory of a pose: a stamp, the pose, and a copy in each frame in use.
+const POSE_BYTES: usize = 4 * (size_of::<Isometry3<f64>>() + size_of::<i64>());
+/// Memory of a scan of the log: its entries in the index, the plan and the jobs.
+const FRAME_BYTES: usize = 256;
+/// Copies of reducers and tile sums beside those of the threads: the stored one, the merged one, and two to
+/// be stored.
+const MERGED: usize = 4;
+/// Least memory for the sums of a run's map.
+const LEAST_TABLE_BYTES: usize = 1 << 20;
+/// Memory of a return while the scans of a place are held, bytes: coordinates and a time.
+const HELD_RETURN_BYTES: u64 = 20;
+/// Least memory for the maps of a place, beside its thread's fixed part, bytes.
+const LEAST_PLACE_BYTES: usize = 32 << 20;
+
+/// The shares of the given memory.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Budget {
+    /// The fixed part, bytes.
+    fixed_bytes: usize,
+    tables_bytes: usize,
+}
+
+impl Budget {
+    /// The shares for a log and some runs.
+    ///
+    /// # Errors
+    /// When the given memory is too small for the threads and the runs.
+    pub(crate) fn new(log: &dyn ScanLog, extent: Extent, means: &Means) -> Result<Self, EvaluateError> {
+        let largest_scan = log.frames().iter().map(|frame| frame.returns).max().unwrap_or(0) as usize;
+        let row_bytes = log.summary().point_bytes as usize;
+        let group = |frames: std::ops::Range<usize>| -> u64 {
+            log.frames()[frames].iter().map(|frame| frame.returns).sum()
+        };
+        let in_chunks = matches!(log.summary().format, LogFormat::Mcap | LogFormat::Rosbag2Mcap);
+        let largest_read = if in_chunks {
+            log.groups().into_iter().map(group).max().unwrap_or(0) as usize
+        } else {
+            largest_scan
+        };
+        let (threads, asked, runs) = (means.threads, means.memory_bytes, extent.runs);
+        let thread = thread_bytes(largest_scan, largest_read, row_bytes, runs);
+        let fixed_bytes = extent.fixed_bytes(threads, thread, log.frames().len());
+        let needed = fixed_bytes.saturating_add(runs * LEAST_TABLE_BYTES);
+        if asked < needed {
+            return Err(EvaluateError::TooLittleMemory { asked, needed, threads, runs });
+        }
+        Ok(Self { fixed_bytes, tables_bytes: asked - fixed_bytes })
+    }
+
+    /// The memory of an evaluation with room for this many bytes of tiles during the cast.
+    pub(crate) fn memory_for_tiles(&self, tiles_bytes: u64) -> u64 {
+        self.fixed_bytes as u64 + (tiles_bytes as f64 / CAST_SHARE) as u64
+    }
+
+    /// For the sums of each of several maps fused at once, bytes.
+    pub(crate) fn map_bytes(&self, maps: usize) -> usize {
+        self.share(FUSE_SHARE) / maps.max(1)
+    }
+
+    /// For the tiles of all maps during the cast, bytes.
+    pub(crate) fn cast_bytes(&self) -> usize {
+        self.share(CAST_SHARE)
+    }
+
+    /// For each of several runs during the search for trails, bytes.
+    pub(crate) fn trails(&self, runs: usize) -> TrailBytes {
+        TrailBytes {
+            tiles: self.share(COUNTED_TILES_SHARE) / runs,
+            counts: self.share(COUNTS_SHARE) / runs,
+            free_voxels: self.share(FREE_VOXELS_SHARE) / runs,
+        }
+    }
+
+    fn share(&self, share: f64) -> usize {
+        (share * self.tables_bytes as f64) as usize
+    }
+}
+
+/// The memory of one run during the search for trails, bytes.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct TrailBytes {
+    /// Tiles in which rays are counted.
+    pub(crate) tiles: usize,
+    /// The counts.
+    pub(crate) counts: usize,
+    /// The voxels detected as free.
+    pub(crate) free_voxels: usize,
+}
+
+/// The memory needs of threads that score places.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct PlaceNeeds {
+    /// Most returns of the scans of a place, and of one scan, as far as known.
+    pub(crate) returns: u64,
+    pub(crate) largest_scan: u64,
+    /// Bytes of a point in the log.
+    pub(crate) row_bytes: usize,
+    /// Most scans of a place, and those of the drive.
+    pub(crate) scans: usize,
+    pub(crate) scans_of_drive: usize,
+    /// Poses of all runs.
+    pub(crate) poses: usize,
+    pub(crate) place: Extent,
+}
+
+impl PlaceNeeds {
+    /// The number of threads that the memory allows for this many places, and the resources of each.
+    ///
+    /// # Errors
+    /// When it is too small for one thread.
+    pub(crate) fn share(&self, means: &Means, places: usize) -> Result<(usize, Means), EvaluateError> {
+        let (held_bytes, runs) = ((self.returns * HELD_RETURN_BYTES) as usize, self.place.runs);
+        let largest_scan = self.largest_scan as usize;
+        let thread = thread_bytes(largest_scan, largest_scan, self.row_bytes, runs);
+        let least = self.place.fixed_bytes(1, thread, self.scans) + runs * LEAST_TABLE_BYTES;
+        let of_place = held_bytes + least + LEAST_PLACE_BYTES;
+        let of_drive = self.poses * POSE_BYTES + self.scans_of_drive * FRAME_BYTES;
+        let asked = means.memory_bytes;
+        if asked < of_drive + of_place {
+            let needed = of_drive + of_place;
+            return Err(EvaluateError::TooLittleMemory { asked, needed, threads: 1, runs });
+        }
+        let left = asked - of_drive;
+        let threads = (left / of_place).min(means.threads).min(places).max(1);
+        let mut of_thread = means.clone();
+        (of_thread.threads, of_thread.memory_bytes) = (1, left / threads - held_bytes);
+        Ok((threads, of_thread))
+    }
+}
+
+impl Extent {
+    /// The fixed part, bytes, given the needs of a thread.
+    fn fixed_bytes(&self, threads: usize, thread: usize, frames: usize) -> usize {
+        let Self { runs, poses, tiles } = *self;
+        let sums = threads.saturating_add(MERGED).saturating_mul(tiles.saturating_mul(TILE_SUMS_BYTES));
+        // One more thread loads tiles ahead.
+        let rest = PROGRAM_BYTES
+            + THREAD_BYTES
+            + MERGED * Reducer::bytes_of(runs)
+            + poses * POSE_BYTES
+            + frames * FRAME_BYTES;
+        threads.saturating_mul(thread).saturating_add(sums).saturating_add(rest)
+    }
+}
+
+/// The memory needs of a thread.
+fn thread_bytes(largest_scan: usize, largest_read: usize, row_bytes: usize, runs: usize) -> usize {
+    // Packed and unpacked.
+    let reader = 2 * largest_read.saturating_mul(row_bytes);
+    let rays = BLOCK_RAYS.max(MIN_BLOCK_RETURNS * runs).min(largest_scan.saturating_mul(runs));
+    let sums = FrameSums::bytes_of(runs) + Reducer::bytes_of(runs);
+    let known = KNOWN_TIMES.min(largest_scan) * (KNOWN_TIME_BYTES + runs * size_of::<Isometry3<f64>>());
+    known + reader + largest_scan.saturating_mul(RETURN_BYTES) + rays * RAY_BYTES + sums + THREAD_BYTES
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn more_threads_than_there_can_be_are_no_overflow() {
+        let extent = Extent { runs: 4, poses: 1000, tiles: 1000 };
+        assert_eq!(extent.fixed_bytes(usize::MAX, THREAD_BYTES, 100), usize::MAX);
+    }
+}

@@ -1,0 +1,306 @@
+//! One pass over the log that casts rays, `z' = S(M, T_z)`, and reduces the residuals.
+
+use std::collections::HashMap;
+
+use dmp_map::{Lattice, TileId};
+use dmp_reduce::{Basis, Comparison, FrameSet, Layout, Promise, Reducer, RunSums, Verdict};
+use dmp_report::PlacesReport;
+use dmp_runs::{EvaluateError, Stage};
+use dmp_sensor::ReturnCounts;
+
+use super::casters::{RunCaster, SharedTiles, bases};
+use super::checkpoint::Casting;
+use super::copies::{CopiedScans, copied_scans};
+use super::odd::{OddScans, in_rows, odd_scans};
+use super::shapes::ScanShape;
+use super::worker::{CastWorker, TileSums};
+use crate::means::Round;
+use crate::passes::evaluation::Evaluation;
+use crate::passes::frames::{Jobs, Pauses, Reading, each_frame_in_parts, each_frame_of, jobs_of};
+use crate::passes::fuse::KeptMaps;
+use crate::passes::schedule::Schedule;
+
+/// Everything that casting a log yields.
+#[derive(Debug)]
+pub(crate) struct Scored {
+    pub(crate) reducer: Reducer,
+    /// Scans that were scored.
+    pub(crate) frames: u64,
+    /// If places were drawn instead of scans: their part of the report.
+    pub(crate) places: Option<PlacesReport>,
+    /// For every unit of the reducer its number in the log: of a scan, or of the scan in a place's middle.
+    pub(crate) scan_of_unit: Vec<usize>,
+    /// Number of frames scored at each look for a decision; with a decision requested, the last is the total.
+    pub(crate) looks: Vec<u64>,
+    /// The promise of the last look's verdicts.
+    pub(crate) promise: Promise,
+    pub(crate) counts: ReturnCounts,
+    /// Scans of a log without checksums that are unlike the others.
+    pub(crate) odd_scans: Vec<OddScans>,
+    /// Scans that repeat another scan.
+    pub(crate) copied_scans: Vec<CopiedScans>,
+    /// Sums of the returns that lie in a tile, for each run and tile.
+    pub(crate) tiles: HashMap<(usize, TileId), RunSums>,
+    pub(crate) tile_loads: u64,
+    /// Tiles that were within the sensor's reach, counted each time they came into it.
+    pub(crate) tiles_in_reach: u64,
+    pub(crate) tile_visits: u64,
+    /// The grid of the maps.
+    pub(crate) lattice: Lattice,
+}
+
+/// The frames that a look adds to the one before.
+struct Look {
+    /// Frames scored after it, and how many it adds that no run has a pose for: they have no returns.
+    size: u64,
+    unused: u64,
+    /// Returns that it adds, and how many of these are already done.
+    returns: u64,
+    returns_done: u64,
+    jobs: Vec<Vec<usize>>,
+}
+
+/// The partial sums of an evaluation.
+#[derive(Debug, Clone)]
+pub(super) struct Sums {
+    pub(super) reducer: Reducer,
+    pub(super) counts: ReturnCounts,
+    pub(super) tiles: TileSums,
+    pub(super) shapes: Vec<(u64, ScanShape)>,
+    pub(super) marks: Vec<(u64, u64)>,
+}
+
+impl Sums {
+    pub(super) fn nothing(layout: &Layout) -> Self {
+        let (reducer, counts) = (Reducer::new(layout.clone()), ReturnCounts::default());
+        Self { reducer, counts, tiles: HashMap::new(), shapes: Vec::new(), marks: Vec::new() }
+    }
+
+    /// Adds the sums of some workers.
+    pub(super) fn with(&self, workers: &[CastWorker<'_>]) -> Result<Self, EvaluateError> {
+        let mut sums = self.clone();
+        for worker in workers {
+            sums.reducer.merge(&worker.reducer)?;
+            sums.counts.merge(&worker.counts);
+            for (tile, of_tile) in &worker.tiles {
+                sums.tiles.entry(*tile).or_default().merge(of_tile);
+            }
+            sums.shapes.extend(&worker.shapes);
+            sums.marks.extend(&worker.marks);
+        }
+        Ok(sums)
+    }
+
+    /// The sums for a checkpoint: the same bytes however frames were distributed.
+    pub(super) fn kept(self, done: FrameSet) -> Casting {
+        let Self { reducer, counts, tiles, mut shapes, mut marks } = self;
+        let mut tiles: Vec<_> =
+            tiles.into_iter().map(|((run, tile), sums)| (run as u64, tile.x, tile.y, sums)).collect();
+        tiles.sort_unstable_by_key(|&(run, x, y, _)| (run, x, y));
+        shapes.sort_unstable_by_key(|&(ordinal, _)| ordinal);
+        marks.sort_unstable();
+        Casting { done, reducer: reducer.seen(), counts, tiles, shapes, marks }
+    }
+
+    /// The sums of a checkpoint.
+    ///
+    /// # Errors
+    /// When they are of other runs.
+    pub(super) fn of_kept(kept: Casting, layout: &Layout) -> Result<Self, EvaluateError> {
+        let Casting { reducer, counts, tiles, shapes, marks, .. } = kept;
+        let tiles = tiles.into_iter().map(|(run, x, y, sums)| ((run as usize, TileId { x, y }), sums));
+        let reducer = Reducer::resume(layout.clone(), reducer)?;
+        Ok(Self { reducer, counts, tiles: tiles.collect(), shapes, marks })
+    }
+}
+
+impl Evaluation<'_, RunCaster> {
+    /// Casts every return of the sample into every run's map and reduces the residuals, in one pass over the
+    /// log. Resumes from a checkpoint; `maps` are stored before the first checkpoint of its own. If a
+    /// decision is requested, samples grow until it is made.
+    ///
+    /// # Errors
+    /// When the log or a map cannot be read.
+    pub(crate) fn cast(&self, tiles: &SharedTiles, maps: &KeptMaps) -> Result<Scored, EvaluateError> {
+        let layout = self.layout();
+        let (before, mut done) = self.before(&layout, maps.round)?;
+
+        let mut keep = |workers: &[CastWorker<'_>], done: &FrameSet| {
+            maps.keep(&self.work)?;
+            self.work.save(maps.round, &before.with(workers)?.kept(done.clone()))
+        };
+        let mut workers = (0..self.means.threads).map(|_| CastWorker::new(self, &layout)).collect();
+        let reading = self.plan.reading(self.log, &self.means, self.progress);
+        let looks: Vec<Look> = self.looks(reading, &done);
+        let schedule =
+            tiles.schedule.get_or_init(|| self.schedule(&mut looks.iter().flat_map(|look| &look.jobs)));
+        let every = self.work.every();
+        let (mut first, mut unused) = (0, 0);
+        tiles.with_prefetch(&self.runs, self.means.threads, schedule, |ahead| {
+            for look in looks {
+                self.progress.begin(Stage::Cast, look.returns);
+                self.progress.advance(look.returns_done);
+                let jobs = Jobs { first, jobs: look.jobs };
+                first += jobs.jobs.len();
+                let pauses = Pauses { every, done: std::mem::take(&mut done), keep: &mut keep, ahead };
+                (workers, done) = each_frame_in_parts(reading, jobs, std::mem::take(&mut workers), pauses)?;
+                unused += look.unused;
+                let mut reducer = before.with(&workers)?.reducer;
+                reducer.add_empty_frames(unused)?;
+                // A resumed checkpoint was undecided.
+                if reducer.frames_added() == look.size && self.is_decided(&reducer) {
+                    break;
+                }
+            }
+            Ok::<_, EvaluateError>(())
+        })?;
+        let (tiles_in_reach, tile_visits) = schedule.tiles_and_visits(first);
+        let tile_loads = self.runs[0].map.caster.tile_loads();
+        let mut sums = before.with(&workers)?;
+        sums.reducer.add_empty_frames(unused)?;
+        let scored = self.scored(sums)?;
+        Ok(Scored { tile_loads, tiles_in_reach, tile_visits, ..scored })
+    }
+
+    /// When each tile is needed, for these jobs.
+    pub(super) fn schedule(&self, jobs: &mut dyn Iterator<Item = &Vec<usize>>) -> Schedule {
+        let runs: Vec<_> = self.runs.iter().map(|run| (&run.poses, run.map.caster.map())).collect();
+        Schedule::new(&self.plan, &runs, jobs, self.settings.max_range_m)
+    }
+
+    /// Casts every return of some frames, once and without checkpoints. Returns the return counts, and the
+    /// sums by tile if requested.
+    ///
+    /// # Errors
+    /// When the log or a map cannot be read.
+    pub(crate) fn cast_frames(&self, wanted: &FrameSet) -> Result<(ReturnCounts, TileSums), EvaluateError> {
+        let layout = self.layout();
+        let workers = (0..self.means.threads).map(|_| CastWorker::new(self, &layout)).collect();
+        let reading = self.plan.reading(self.log, &self.means, self.progress);
+        let is_wanted = |ordinal| wanted.contains(ordinal) && self.uses(ordinal);
+        let workers = each_frame_of(reading, is_wanted, workers)?;
+        let (mut counts, mut tiles) = (ReturnCounts::default(), HashMap::new());
+        for worker in workers {
+            counts.merge(&worker.counts);
+            for (tile, sums) in worker.tiles {
+                tiles.entry(tile).or_insert_with(RunSums::default).merge(&sums);
+            }
+        }
+        Ok((counts, tiles))
+    }
+
+    pub(super) fn layout(&self) -> Layout {
+        self.layout_for(bases(&self.runs))
+    }
+
+    /// The frames to read for each possible look.
+    fn looks(&self, reading: Reading<'_>, done: &FrameSet) -> Vec<Look> {
+        let frames = self.plan.frames();
+        let look = |(number, &size): (usize, &u64)| {
+            let added = self.plan.looks.added(number);
+            let is_added = |ordinal: usize| added.contains(ordinal) && self.uses(ordinal);
+            let returns = |is_in: &dyn Fn(usize) -> bool| {
+                (0..frames.len())
+                    .filter(|&ordinal| is_in(ordinal))
+                    .map(|ordinal| frames[ordinal].returns)
+                    .sum()
+            };
+            Look {
+                size,
+                unused: (0..frames.len())
+                    .filter(|&ordinal| added.contains(ordinal) && !self.uses(ordinal))
+                    .count() as u64,
+                returns: returns(&is_added),
+                returns_done: returns(&|ordinal| is_added(ordinal) && done.contains(ordinal)),
+                jobs: jobs_of(reading, |ordinal| is_added(ordinal) && !done.contains(ordinal)),
+            }
+        };
+        self.plan.looks.sizes().iter().enumerate().map(look).collect()
+    }
+
+    /// The sums so far, and the frames they cover.
+    fn before(&self, layout: &Layout, round: Round) -> Result<(Sums, FrameSet), EvaluateError> {
+        let kept = if self.sink.wants_every_return() { None } else { self.work.load::<Casting>(round)? };
+        // A tile has at least one return: without stored tile sums, all are computed again.
+        let Some(mut kept) = kept.filter(|kept| !self.means.per_tile || !kept.tiles.is_empty()) else {
+            return Ok((Sums::nothing(layout), FrameSet::default()));
+        };
+        if !self.means.per_tile {
+            kept.tiles.clear();
+        }
+        let done = kept.done.clone();
+        Ok((Sums::of_kept(kept, layout)?, done))
+    }
+}
+
+impl<M> Evaluation<'_, M> {
+    /// What reducers need from the log, for runs judged by `bases`.
+    pub(crate) fn layout_for(&self, bases: Vec<Basis>) -> Layout {
+        let layout = Layout::new(self.plan.frames().len() as u64, bases).on_scales(self.settings.scales);
+        layout.with_miss_price(self.settings.miss_price)
+    }
+
+    /// The scores of these sums; statistics of loaded tiles are not included.
+    pub(super) fn scored(&self, sums: Sums) -> Result<Scored, EvaluateError> {
+        let Sums { reducer, counts, tiles, shapes, marks } = sums;
+        let (odd_scans, copied_scans) = (self.odd_scans(shapes), self.copied_scans(marks));
+        let promise = self.promise(&reducer);
+        let frames = reducer.frames_added();
+        Ok(Scored {
+            reducer,
+            frames,
+            places: None,
+            scan_of_unit: self.plan.frames().iter().map(|frame| frame.number).collect(),
+            looks: self.plan.looks.sizes().iter().copied().filter(|&size| size <= frames).collect(),
+            promise,
+            counts,
+            odd_scans,
+            copied_scans,
+            tiles,
+            tile_loads: 0,
+            tiles_in_reach: 0,
+            tile_visits: 0,
+            lattice: self.lattice()?,
+        })
+    }
+
+    /// The promise of verdicts on a reducer's frames: the looks share the error rate.
+    fn promise(&self, reducer: &Reducer) -> Promise {
+        let confidence = self.plan.looks.confidence(reducer.frames_added(), self.settings.confidence);
+        Promise { confidence, ..self.settings.promise() }
+    }
+
+    /// Whether everything requested is decided; false if nothing was.
+    fn is_decided(&self, reducer: &Reducer) -> bool {
+        let Some(decide) = &self.settings.decide else { return false };
+        let matters = |pair: &Comparison| {
+            let (one, other) = (self.runs[pair.a].name(), self.runs[pair.b].name());
+            let is_that = |(a, b): &(String, String)| (a == one && b == other) || (b == one && a == other);
+            decide.pair.as_ref().is_none_or(is_that)
+        };
+        let comparisons = reducer.comparisons(self.promise(reducer));
+        comparisons
+            .pairs
+            .iter()
+            .filter(|pair| matters(pair))
+            .all(|pair| !matches!(pair.verdict, Verdict::Undecided { .. }))
+    }
+
+    /// The scans unlike the others, if all were scored.
+    fn odd_scans(&self, mut shapes: Vec<(u64, ScanShape)>) -> Vec<OddScans> {
+        let frames = self.plan.frames();
+        if shapes.len() != frames.len() {
+            return Vec::new();
+        }
+        shapes.sort_unstable_by_key(|&(ordinal, _)| ordinal);
+        let shapes: Vec<ScanShape> = shapes.into_iter().map(|(_, shape)| shape).collect();
+        in_rows(odd_scans(&shapes).into_iter().map(|(k, oddity)| (frames[k].number, oddity)))
+    }
+
+    /// The scored scans that repeat another scan.
+    fn copied_scans(&self, mut marks: Vec<(u64, u64)>) -> Vec<CopiedScans> {
+        marks.sort_unstable();
+        let numbered = |(ordinal, mark): (u64, u64)| (self.plan.frames()[ordinal as usize].number, mark);
+        copied_scans(&marks.into_iter().map(numbered).collect::<Vec<_>>())
+    }
+}

@@ -1,0 +1,79 @@
+//! Finished maps in a checkpoint, and how they are resumed.
+
+use std::path::PathBuf;
+
+use dmp_map::Store;
+use dmp_runs::{EvaluateError, PosedRun};
+
+use super::checkpoint::{Fused, FusedMap, Fusing};
+use super::files::scratch_extension;
+use crate::means::{Round, Work};
+use crate::passes::evaluation::{Evaluation, FuseTotals};
+use crate::passes::run_map::RunMap;
+
+impl<'a> Evaluation<'a, Option<Store>> {
+    /// The evaluation with maps that an earlier process finished.
+    pub(super) fn reopened(mut self, fused: Fused) -> Result<Evaluation<'a, RunMap>, EvaluateError> {
+        let mut runs = Vec::new();
+        for (run, FusedMap { path, facts }) in std::mem::take(&mut self.runs).into_iter().zip(fused.maps) {
+            let (run, given) = run.with_map(());
+            let store = match (given, path) {
+                (Some(store), _) => store,
+                (None, Some(path)) => Store::open(&path).map_err(EvaluateError::map_of(run.name()))?,
+                (None, None) => continue,
+            };
+            runs.push(run.with_map(RunMap { store, facts }).0);
+        }
+        let Fused { counts, scratch_bytes, .. } = fused;
+        self.fused = FuseTotals { counts, scratch_bytes };
+        Ok(self.with_runs(runs))
+    }
+}
+
+/// Finished maps, as in a checkpoint.
+pub(crate) struct KeptMaps {
+    /// Whether they exclude trails.
+    pub(crate) round: Round,
+    fused: Fused,
+}
+
+impl KeptMaps {
+    /// Writes them, unless already written, and deletes the sums they were made from.
+    pub(crate) fn keep(&self, work: &Work) -> Result<(), EvaluateError> {
+        if work.holds::<Fused>(self.round) {
+            return Ok(());
+        }
+        for map in &self.fused.maps {
+            map.path.as_ref().map_or(Ok(()), |path| work.sync(path))?;
+        }
+        work.save(self.round, &self.fused)?;
+        work.forget::<Fusing>(self.round);
+        work.remove_files(scratch_extension(self.round));
+        Ok(())
+    }
+}
+
+impl Evaluation<'_, RunMap> {
+    /// Checkpoints finished maps when due; returns how they are stored.
+    pub(crate) fn keep_if_due(&self) -> Result<KeptMaps, EvaluateError> {
+        // A given store is opened again at its own path.
+        let path = |map: &RunMap| map.facts.thin_voxels.map(|_| map.store.path().to_path_buf());
+        let kept = |run: &PosedRun<'_, RunMap>| -> FusedMap {
+            let path: Option<PathBuf> = path(&run.map);
+            FusedMap { path, facts: run.map.facts.clone() }
+        };
+        let FuseTotals { counts, scratch_bytes } = self.fused;
+        let maps = self.runs.iter().map(kept).collect();
+        let round = if self.has_trails_out() { Round::WithoutTrails } else { Round::First };
+        let maps = KeptMaps { round, fused: Fused { counts, scratch_bytes, maps } };
+        if self.work.due() {
+            maps.keep(&self.work)?;
+        }
+        Ok(maps)
+    }
+
+    /// Whether the maps exclude returns on trails.
+    pub(super) fn has_trails_out(&self) -> bool {
+        self.runs.iter().any(|run| run.map.facts.trails.is_some())
+    }
+}

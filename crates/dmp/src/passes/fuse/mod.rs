@@ -1,0 +1,11 @@
+//! The maps of all runs: fused from the scans or given, checkpointed and resumed.
+
+mod checkpoint;
+mod files;
+mod kept;
+mod maps;
+mod part;
+mod pass;
+
+pub(crate) use files::{Life, finish};
+pub(crate) use kept::KeptMaps;

@@ -1,0 +1,137 @@
+//! One pass over the log that fuses the maps.
+
+use dmp_map::{FuseBuffers, MapFuser};
+use dmp_reduce::FrameSet;
+use dmp_runs::{EvaluateError, PlannedFrame, PosedRun, Poser, Stage, posed};
+use dmp_sensor::{ReturnCounts, Scan};
+
+use super::checkpoint::Fusing;
+use crate::means::Round;
+use crate::passes::evaluation::Evaluation;
+use crate::passes::frames::{Jobs, Pauses, Worker, each_frame_in_parts, jobs_of};
+use crate::passes::trails::{TrailBuffers, Trails};
+
+/// The source of a run's map.
+pub(super) enum Making<G> {
+    /// The scans.
+    Scans(MapFuser),
+    /// The given map.
+    Given(G),
+}
+
+impl<G> Making<G> {
+    fn fuser(&self) -> Option<&MapFuser> {
+        match self {
+            Self::Scans(fuser) => Some(fuser),
+            Self::Given(_) => None,
+        }
+    }
+}
+
+/// One pass over the log, or over some `frames` of it; returns on `trails` are excluded.
+pub(super) struct FusePass<'p, G> {
+    pub(super) evaluation: &'p Evaluation<'p, Making<G>>,
+    pub(super) trails: Option<&'p Trails>,
+    pub(super) round: Round,
+    /// `None`: all.
+    pub(super) frames: Option<&'p FrameSet>,
+}
+
+impl<G: Sync> FusePass<'_, G> {
+    /// Resumes from `before`. Returns the return counts and the number of returns excluded from each map.
+    pub(super) fn run(&self, before: &Fusing) -> Result<(ReturnCounts, Vec<u64>), EvaluateError> {
+        let Evaluation { log, means, work, progress, plan, runs, .. } = self.evaluation;
+        let returns = self.frames.map_or(self.evaluation.returns(), |frames| plan.returns_of(frames));
+        progress.begin(Stage::Fuse, returns);
+        progress.advance(before.counts.total());
+        let state = |workers: &[FuseWorker<'_, G>]| {
+            let (mut counts, mut left_out) = (before.counts, before.left_out.clone());
+            left_out.resize(runs.len(), 0);
+            for worker in workers {
+                counts.merge(&worker.counts);
+                left_out.iter_mut().zip(&worker.left_out).for_each(|(all, more)| *all += more);
+            }
+            (counts, left_out)
+        };
+        let put_down = |workers: &[FuseWorker<'_, G>], done: &FrameSet| {
+            let put_down = |run: &PosedRun<'_, Making<G>>| {
+                let state = run.map.fuser().map(MapFuser::put_down).transpose();
+                state.map_err(EvaluateError::map_of(run.name()))
+            };
+            let fusers = runs.iter().map(put_down).collect::<Result<_, _>>()?;
+            let (counts, left_out) = state(workers);
+            work.save(self.round, &Fusing { done: done.clone(), counts, left_out, fusers })
+        };
+        let workers = (0..means.threads).map(|_| FuseWorker::new(self)).collect();
+        let pauses = Pauses {
+            every: work.every(),
+            done: before.done.clone(),
+            keep: &mut |w, done| put_down(w, done),
+            ahead: &|_| (),
+        };
+        let reading = plan.reading(*log, means, *progress);
+        let is_wanted = |ordinal| {
+            self.evaluation.uses(ordinal) && self.frames.is_none_or(|frames| frames.contains(ordinal))
+        };
+        let jobs = jobs_of(reading, |ordinal| is_wanted(ordinal) && !pauses.done.contains(ordinal));
+        let jobs = Jobs { first: 0, jobs };
+        let (workers, done) = each_frame_in_parts(reading, jobs, workers, pauses)?;
+        if work.due() {
+            put_down(&workers, &done)?;
+        }
+        Ok(state(&workers))
+    }
+}
+
+/// Work of a thread on a scan: adds its returns to the map of every run that has a pose for them.
+struct FuseWorker<'p, G> {
+    poser: Poser<'p>,
+    evaluation: &'p Evaluation<'p, Making<G>>,
+    trails: Option<&'p Trails>,
+    trail_buffers: TrailBuffers,
+    /// For each run, returns on its trails.
+    left_out: Vec<u64>,
+    buffers: FuseBuffers,
+    points: Vec<[f64; 3]>,
+    counts: ReturnCounts,
+}
+
+impl<'p, G> FuseWorker<'p, G> {
+    fn new(pass: &FusePass<'p, G>) -> Self {
+        let evaluation = pass.evaluation;
+        Self {
+            poser: Poser::new(posed(&evaluation.runs), &evaluation.plan.filter),
+            evaluation,
+            trails: pass.trails,
+            trail_buffers: TrailBuffers::default(),
+            left_out: vec![0; evaluation.runs.len()],
+            buffers: FuseBuffers::default(),
+            points: Vec::new(),
+            counts: ReturnCounts::default(),
+        }
+    }
+}
+
+impl<G: Sync> Worker for FuseWorker<'_, G> {
+    fn frame(&mut self, ordinal: usize, frame: &PlannedFrame, scan: &Scan) -> Result<(), EvaluateError> {
+        let Self { poser, evaluation, buffers, points, trails, trail_buffers, left_out, .. } = self;
+        let counts = poser.blocks((ordinal, frame), scan, |block| {
+            for (number, run) in evaluation.runs.iter().enumerate() {
+                let (Some(fuser), Some(segment)) = (run.map.fuser(), run.path.segment(ordinal)) else {
+                    continue;
+                };
+                points.clear();
+                points.extend(block.posed(number).map(|(_, ray)| ray.endpoint_in_world()));
+                if let Some(trails) = trails {
+                    left_out[number] += trails.take_out(number, points, trail_buffers)?;
+                }
+                let added = fuser.add(points, Some(segment), buffers);
+                added.map_err(EvaluateError::map_of(run.name()))?;
+            }
+            Ok::<(), EvaluateError>(())
+        })?;
+        self.counts.merge(&counts);
+        self.evaluation.progress.advance(counts.total());
+        Ok(())
+    }
+}

@@ -1,0 +1,76 @@
+//! Decisions before scoring: which scans, returns, voxels and segments are used.
+//!
+//! A [`Plan`] follows from the log and the settings alone, and is the same for all runs. A [`RunPath`] is one run's own.
+
+use dmp_log::ScanLog;
+use dmp_reduce::FrameSet;
+use dmp_runs::{EvaluateError, Looks, Means, PlannedFrame, Progress, Selection, Settings};
+use dmp_sensor::ReturnFilter;
+
+use crate::passes::frames::Reading;
+use crate::passes::survey::{Survey, VoxelChoice};
+
+/// The decisions before scoring that follow from the log.
+#[derive(Debug, Clone)]
+pub(crate) struct Plan {
+    /// Which scans are in use, and why the others are not.
+    pub(crate) selection: Selection,
+    /// Which returns are used.
+    pub(crate) filter: ReturnFilter,
+    /// The voxel edge and its origin.
+    pub(crate) voxel: VoxelChoice,
+    /// Which of the scans are scored.
+    pub(crate) looks: Looks,
+}
+
+impl Plan {
+    /// Plans the score of some scans of a log; `voxel_m` is the voxel edge if it is already known. Reads a sample of
+    /// scans.
+    ///
+    /// # Errors
+    /// When the log cannot be read.
+    pub(crate) fn new(
+        log: &dyn ScanLog,
+        selection: Selection,
+        voxel_m: Option<f64>,
+        settings: &Settings,
+        pool: &rayon::ThreadPool,
+        progress: &dyn Progress,
+    ) -> Result<Self, EvaluateError> {
+        let survey = Survey { log, settings, pool, progress };
+        let (filter, voxel) = survey.look(&selection.frames, voxel_m)?;
+        Ok(Self::surveyed(selection, filter, voxel, settings))
+    }
+
+    /// The plan where the survey was made before.
+    pub(crate) fn surveyed(
+        selection: Selection,
+        filter: ReturnFilter,
+        voxel: VoxelChoice,
+        settings: &Settings,
+    ) -> Self {
+        let all = selection.frames.len() as u64;
+        let looks = Looks::new(all, settings.sample, settings.seed, settings.decide.is_some());
+        Self { selection, filter, voxel, looks }
+    }
+
+    /// The scans in use, in order of time.
+    pub(crate) fn frames(&self) -> &[PlannedFrame] {
+        &self.selection.frames
+    }
+
+    /// One reading of the planned scans.
+    pub(crate) fn reading<'b>(
+        &'b self,
+        log: &'b dyn ScanLog,
+        means: &Means,
+        progress: &'b dyn Progress,
+    ) -> Reading<'b> {
+        Reading { log, frames: self.frames(), order: means.order, progress }
+    }
+
+    /// Number of returns of some of them.
+    pub(crate) fn returns_of(&self, frames: &FrameSet) -> u64 {
+        frames.iter().map(|ordinal| self.frames()[ordinal].returns).sum()
+    }
+}

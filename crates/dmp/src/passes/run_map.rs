@@ -1,0 +1,41 @@
+//! The finished map of a run.
+
+use dmp_map::Store;
+
+/// The facts about a map beside its surfels.
+#[derive(Debug, Clone, Default, serde::Serialize, serde::Deserialize)]
+pub(crate) struct MapFacts {
+    /// Whether its surfels have the segments that observed them.
+    pub(crate) fused: bool,
+    /// Occupied voxels without a surfel; `None` for a given store.
+    pub(crate) thin_voxels: Option<u64>,
+    /// Points of a given cloud, or triangles of a mesh, that are not finite.
+    pub(crate) points_dropped: u64,
+    /// Conversions of a given map, in words.
+    pub(crate) notes: Vec<String>,
+    /// The trails found, if searched for.
+    pub(crate) trails: Option<TrailFacts>,
+}
+
+/// The trails in a run's map that has all returns.
+#[derive(Debug, Clone, Copy, serde::Serialize, serde::Deserialize)]
+pub(crate) struct TrailFacts {
+    /// Surfels of that map.
+    pub(crate) surfels: u64,
+    /// Number of them that the rays contradict.
+    pub(crate) contradicted: u64,
+    /// Returns that were excluded from the run's map because they lie on trails.
+    pub(crate) left_out: u64,
+}
+
+/// The map of one run, ready for casting.
+#[derive(Debug)]
+pub(crate) struct RunMap {
+    pub(crate) store: Store,
+    pub(crate) facts: MapFacts,
+}
+
+/// Bytes of the tiles of a map.
+pub(crate) fn tile_bytes(map: &Store) -> u64 {
+    map.entries().map(|tile| u64::from(tile.own.bytes) + u64::from(tile.borders.bytes)).sum()
+}

@@ -1,0 +1,289 @@
+//! What a reader must know before believing a report: when it warns, and the sentences.
+
+use dmp_report::{InputReport, PairReport, PlacesReport, Report, RunReport, SamplingReport};
+use std::fmt::Display;
+
+use dmp_lengths::thousands;
+use dmp_log::StampJump;
+use dmp_runs::{PosedRun, in_voxels};
+use dmp_sensor::ReturnCounts;
+
+use crate::passes::{Plan, Scored};
+
+/// Above this share of returns with something in front, trajectory and log hardly belong together.
+const BLOCKED_SUSPECT: f64 = 0.6;
+/// Above this share of returns excluded from the maps, it is hardly traffic alone.
+const LEFT_OUT_SUSPECT: f64 = 0.2;
+/// Above this share of misses, scans and map hardly belong together.
+const MISSES_SUSPECT: f64 = 0.5;
+/// A share of dropped returns worth a warning.
+const DROPS_SUSPECT: f64 = 0.2;
+/// A share of returns rejected as the vehicle's that is worth a warning.
+const VEHICLE_SUSPECT: f64 = 0.05;
+/// A share of returns with ranges of no LiDAR that is worth a warning.
+const IMPLAUSIBLE_SUSPECT: f64 = 0.05;
+/// Scans, rows of them, or jumps of their stamps that are named.
+const MOST_NAMED: usize = 5;
+/// Frames below which a sample has no intervals.
+const FRAMES_NEEDED: u64 = 4;
+/// How much more may be read for places than was asked for before that is worth a warning.
+const OVER_ASKED: f64 = 1.1;
+/// Frames below which intervals come from few batches.
+const FRAMES_FEW: u64 = 40;
+
+/// Adds the warnings of the report and of its runs.
+pub(super) fn add<M>(report: &mut Report, plan: &Plan, scored: &Scored, runs: &[PosedRun<'_, M>]) {
+    for (run, state) in report.runs.iter_mut().zip(runs) {
+        // What is likely wrong comes before what follows from it.
+        run.warnings = state.hint.iter().cloned().chain(of_run(run)).collect();
+    }
+    report.warnings = of_report(report, plan, runs);
+    report.warnings.extend(implausible(&scored.counts));
+    let (odd, copied) = (&scored.odd_scans, &scored.copied_scans);
+    if !odd.is_empty() {
+        let count: usize = odd.iter().map(|row| row.last + 1 - row.scan).sum();
+        let differ = if count == 1 { "scan differs" } else { "scans differ" };
+        report.warnings.push(format!(
+            "{} {differ} from the others, and the log has no checksums: {}; bytes may have changed",
+            thousands(count),
+            first_of(odd)
+        ));
+    }
+    if !copied.is_empty() {
+        report.warnings.push(format!(
+            "{}: two scans never have identical returns; the driver may have stopped, or a file was copied",
+            first_of(copied)
+        ));
+    }
+}
+
+/// The first of a list, and how many more there are.
+fn first_of(all: &[impl Display]) -> String {
+    let mut words: Vec<String> = all.iter().take(MOST_NAMED).map(ToString::to_string).collect();
+    if let Some(more) = all.len().checked_sub(MOST_NAMED).filter(|more| *more > 0) {
+        words.push(format!("and {} more", thousands(more)));
+    }
+    words.join("; ")
+}
+
+/// Where the numbers of the points are hardly coordinates in metres.
+pub(super) fn implausible(counts: &ReturnCounts) -> Option<String> {
+    let share = counts.implausible() as f64 / counts.total().max(1) as f64;
+    (share > IMPLAUSIBLE_SUSPECT).then(|| {
+        format!(
+            "{:.0} % of the ranges are below 1 mm or above 100 km, which no LiDAR measures: check the byte order \
+             (is_bigendian) and the offsets of the point fields",
+            100.0 * share
+        )
+    })
+}
+
+fn of_run(run: &RunReport) -> Vec<String> {
+    if let (0, Some(thin_voxels)) = (run.map.surfels, run.map.thin_voxels) {
+        // What else could be reported follows from that.
+        return vec![format!(
+            "the map is empty: in {} returns span no surface; try larger voxels (--voxel), and check that the trajectory is \
+             of this log and frame (--extrinsic, --time-offset)",
+            in_voxels(thin_voxels)
+        )];
+    }
+    let mut warnings = Vec::new();
+    if let Some(share) = run.miss_rate.filter(|&share| share > MISSES_SUSPECT) {
+        warnings.push(format!(
+            "{:.0} % of the returns hit nothing: check that the trajectory is of this log and frame (--extrinsic, \
+             --time-offset)",
+            100.0 * share
+        ));
+    }
+    if let Some(share) = run.blocked_rate.filter(|&share| share > BLOCKED_SUSPECT) {
+        warnings.push(format!(
+            "{:.0} % of the returns are blocked: the map is inconsistent, or the trajectory is not of this log and frame \
+             (--extrinsic, --time-offset, quaternion order)",
+            100.0 * share
+        ));
+    }
+    if let Some(why) = run.r_cv_withheld.as_ref().filter(|why| why.is_low_coverage()) {
+        warnings.push(format!("R_cv is not given: {why}; pairs are still compared on common returns"));
+    }
+    if let Some(share) = run.coverage_revisit.filter(|_| run.has_few_revisits()) {
+        warnings.push(format!(
+            "only {:.1} % of the returns see a place on another visit: drift and large-scale bending cannot be judged",
+            100.0 * share
+        ));
+    }
+    let share = run.map.returns_left_out.map_or(0.0, |left_out| left_out as f64 / run.returns.max(1) as f64);
+    if share > LEFT_OUT_SUSPECT {
+        warnings.push(format!(
+            "{:.0} % of the returns were excluded from the map: more than traffic; the run may be wrong",
+            100.0 * share
+        ));
+    }
+    if run.map.map_points_dropped > 0 {
+        let count = thousands(run.map.map_points_dropped);
+        warnings
+            .push(format!("{count} points or triangles of the given map are not finite and were excluded"));
+    }
+    warnings
+}
+
+fn of_report<M>(report: &Report, plan: &Plan, runs: &[PosedRun<'_, M>]) -> Vec<String> {
+    let (inputs, selection) = (&report.inputs, &plan.selection);
+    let mut warnings: Vec<String> =
+        inputs.damage.iter().map(|what| format!("lost from the log: {what}")).collect();
+    for state in runs {
+        let (name, path) = (&state.run.name, &state.path);
+        if path.scans_without_pose > 0 {
+            warnings.push(format!(
+                "{} of {} scans have no pose in `{name}`; it is scored on the others",
+                thousands(path.scans_without_pose),
+                thousands(plan.frames().len())
+            ));
+        }
+        if let (1.., Some((gap_s, off_m))) = (path.scans_between_poses, state.poses.left_open()) {
+            warnings.push(format!(
+                "`{name}` has poses up to {gap_s:.1} s apart, and the sensor may be {:.0} cm off between them, so {} scans \
+                 there are excluded: give a pose for every scan",
+                100.0 * off_m,
+                thousands(path.scans_between_poses)
+            ));
+        }
+        if path.segments.given && path.segments.length.is_none() {
+            warnings.push(format!(
+                "the given segment length cuts {:.1} m of travel of `{name}` into fewer than 8: every scan is a segment",
+                path.segments.travel_m
+            ));
+        }
+    }
+    if selection.out_of_order > 0 {
+        let times = thousands(selection.out_of_order);
+        warnings.push(format!("the log's stamps go backwards {times} times; scans were sorted by time"));
+    }
+    if selection.same_stamp > 0 {
+        let scans = thousands(selection.same_stamp);
+        warnings.push(format!("{scans} scans have the stamp of another scan: duplicate scans count twice"));
+    }
+    let (scans, gaps): (Vec<StampJump>, Vec<StampJump>) =
+        selection.stamp_jumps.iter().partition(|jump| matches!(jump, StampJump::Scan { .. }));
+    if !scans.is_empty() {
+        warnings.push(format!("{}: the clock jumped, or a stamp was changed", first_of(&scans)));
+    }
+    if !gaps.is_empty() {
+        warnings.push(format!("{}: a pause, lost scans or changed stamps", first_of(&gaps)));
+    }
+    if inputs.point_times.is_some() {
+        for run in runs.iter().filter(|run| run.poses.ignores_point_times()) {
+            warnings.push(format!(
+                "the poses of `{}` have no stamps, so point times are not used: each scan has one pose",
+                run.run.name
+            ));
+        }
+    }
+    warnings.extend(of_drops(inputs));
+    let SamplingReport { frames_scored: scored, frames_total, .. } = report.sampling;
+    if scored < frames_total && scored < FRAMES_NEEDED {
+        let scored = thousands(scored);
+        warnings.push(format!("a sample of {scored} scans has no intervals: {FRAMES_NEEDED} are needed"));
+    }
+    if let Some(places) = &report.sampling.places {
+        warnings.extend(of_places(places, inputs.bytes));
+    }
+    if frames_total < FRAMES_FEW {
+        warnings.push(format!("few scans ({frames_total}): intervals are wide, if there are any"));
+    }
+    if report.runs.iter().any(|run| run.coverage.is_none()) {
+        warnings.push("a map was given: it may contain the scored returns themselves".to_owned());
+        if report.is_cross_validated() {
+            warnings.push(
+                "given and fused maps are compared: the one made of more scans looks better".to_owned(),
+            );
+        }
+    }
+    warnings.extend(contradictions(report));
+    warnings
+}
+
+/// Of which returns many were excluded: whole scans without a pose as a share of those that were asked for, whether in the
+/// sample or not; other returns as a share of what was asked for, and where that was sampled, of what was read of it with a
+/// pose.
+fn of_drops(inputs: &InputReport) -> Vec<String> {
+    const ASKED_FOR: [&str; 2] = ["scan_not_selected", "scan_not_sampled"];
+    const UNPOSED: &str = "scan_without_pose";
+    let dropped = |reason: &str| inputs.dropped.0.get(reason).copied().unwrap_or(0);
+    let [not_selected, not_sampled] = ASKED_FOR.map(dropped);
+    let asked = inputs.returns - not_selected;
+    let read = if not_sampled > 0 { asked - not_sampled - dropped(UNPOSED) } else { asked };
+    let share = |reason: &str| {
+        let all = if reason == UNPOSED { asked } else { read };
+        dropped(reason) as f64 / all.max(1) as f64
+    };
+    let vehicle = share("vehicle");
+    let mut warnings = Vec::new();
+    if vehicle > VEHICLE_SUSPECT && vehicle <= DROPS_SUSPECT {
+        warnings.push(format!(
+            "{:.0} % of the returns were rejected as the vehicle itself: if that is too many, use --ego with a box, or none",
+            100.0 * vehicle
+        ));
+    }
+    for reason in inputs.dropped.0.keys().filter(|reason| !ASKED_FOR.contains(&reason.as_str())) {
+        let share = share(reason);
+        if share > DROPS_SUSPECT {
+            warnings.push(format!("{:.0} % of the returns were dropped: {reason}", 100.0 * share));
+        }
+    }
+    warnings
+}
+
+/// What a sample of places does not show.
+fn of_places(places: &PlacesReport, log_bytes: u64) -> Vec<String> {
+    let mut warnings = Vec::new();
+    if places.revisited_total == 0 {
+        warnings.push(format!(
+            "no place is revisited: the scores compare scans within {:.0} m of each other, and do not see drift or \
+             large-scale bending",
+            2.0 * places.radius_m
+        ));
+    } else if places.revisited == 0 {
+        warnings.push(format!(
+            "{} of {} places are revisited, but none of these was drawn: drift is not judged; try a larger --quick",
+            thousands(places.revisited_total),
+            thousands(places.total)
+        ));
+    }
+    if places.cut > 0 {
+        warnings.push(format!(
+            "{} of the places have more scans than are read for one: a run diverged, or passed many times",
+            thousands(places.cut)
+        ));
+    }
+    let share = places.bytes_read.map_or(0.0, |bytes| bytes as f64 / log_bytes.max(1) as f64);
+    if share > OVER_ASKED * places.share_asked {
+        let why = if places.are_fewest {
+            format!("{} places are the minimum, and the log is short", thousands(places.drawn))
+        } else {
+            "the drawn places are large,".to_owned()
+        };
+        warnings.push(format!(
+            "{:.1} % of the log's bytes were read, more than asked for: {why} or the log has no index",
+            100.0 * share
+        ));
+    }
+    warnings
+}
+
+/// Runs that are decided to be better although their R_cv at its largest truncation is larger: they miss more, or other,
+/// returns, and the column counts all returns while the pair counts those that both predict.
+fn contradictions(report: &Report) -> Vec<String> {
+    let scale_m = report.config.scales.lengths().widest_m();
+    let r_cv = |name: &str| report.run(name)?.r_cv_m2[0];
+    let warning = |pair: &PairReport| {
+        let better = pair.verdict.better()?;
+        let worse = pair.other(better);
+        (r_cv(better)? > r_cv(worse)?).then(|| {
+            format!(
+                "`{better}` is better than `{worse}` on the returns that both predict, though its R_cv at {scale_m} m over \
+                 all returns is larger: trust the pair"
+            )
+        })
+    };
+    report.pairs.iter().filter_map(warning).collect()
+}
