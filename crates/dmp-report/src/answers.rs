@@ -68,7 +68,7 @@ impl Report {
     /// What is decided between two runs; `None` where they were not compared.
     ///
     /// ```
-    /// use dmp::{Report, Verdict};
+    /// use dmp_report::{Report, Verdict};
     ///
     /// fn is_worse(report: &Report, new: &str, old: &str) -> bool {
     ///     report.verdict_between(new, old).and_then(Verdict::better) == Some(old)

@@ -4,14 +4,15 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-/// What is decided between the two runs of a pair.
+/// What the scores decide between the two runs of a pair. What drift decides is a
+/// [`DriftComparison`](dmp_revisit::drift::DriftComparison).
 ///
 /// In the JSON it is four fields, which tell a run from a word whatever the run is called: a verdict with a
 /// `decided_at_m` is [`Self::Mixed`] where there is a `better_on_the_whole`, else the name of the better run; without
 /// it is the word `same` or `undecided`.
 ///
 /// ```
-/// use dmp::Verdict;
+/// use dmp_report::Verdict;
 ///
 /// let verdict = Verdict::Better { run: "mixed".into(), decided_at_m: 2.0, is_same: false };
 /// let json = r#"{"verdict":"mixed","is_same":false,"better_on_the_whole":null,"decided_at_m":2.0}"#;

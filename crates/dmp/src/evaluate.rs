@@ -7,11 +7,10 @@ use dmp_log::ScanLog;
 use dmp_map::Store;
 use dmp_report::{PassTimes, Report};
 use dmp_runs::{Config, EvaluateError, Heads, Run, Watch};
-use dmp_sensor::DropReason;
 
 use crate::means::peak;
 use crate::passes::{DiskEstimate, Doubts, Evaluation, MapFacts, RunCaster, Scored, Task, tile_bytes};
-use crate::results::{Findings, MapSummary, drops_in_words, map_report};
+use crate::results::{Findings, MapSummary, map_report};
 
 /// Scores `runs` on `log`: plan, fuse, cast, reduce. `watch` follows the evaluation, or is `()`: see
 /// [`Watch`].
@@ -114,28 +113,6 @@ impl Evaluation<'_, RunCaster> {
         report.memory.disk_bytes = report.memory.scratch_bytes + map_bytes;
         report.warnings.extend(disk.warning);
         report
-    }
-}
-
-impl<M> Evaluation<'_, M> {
-    /// Counts every return of the log as used, or as dropped for a reason.
-    ///
-    /// # Errors
-    /// When the counts of the fuse pass and of the cast pass differ, or nothing was cast.
-    pub(crate) fn account(&self, scored: &mut Scored) -> Result<(), EvaluateError> {
-        // Holds only if all scans were scored, not a sample.
-        let all_scored = scored.reducer.frames_added() == self.plan.frames().len() as u64;
-        if let Some(first) = self.fused.counts.filter(|first| all_scored && *first != scored.counts) {
-            return Err(EvaluateError::LogChanged { first: first.used(), second: scored.counts.used() });
-        }
-        let (used, all) = (self.returns(), self.plan.frames().iter().map(|frame| frame.returns).sum::<u64>());
-        scored.counts.add_dropped(DropReason::ScanNotSampled, used.saturating_sub(scored.counts.total()));
-        scored.counts.add_dropped(DropReason::ScanNotSelected, self.plan.selection.unselected_returns);
-        scored.counts.add_dropped(DropReason::ScanWithoutPose, all - used);
-        if scored.counts.used() == 0 {
-            return Err(EvaluateError::NoReturns(drops_in_words(&scored.counts)));
-        }
-        Ok(())
     }
 }
 

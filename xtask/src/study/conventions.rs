@@ -11,7 +11,6 @@ use super::drives::{drives, find};
 use super::estimates::simulated;
 use super::logs::DriveLog;
 use super::noisy;
-use super::restamped;
 use super::rooms::room;
 
 /// Detect known errors of clock and extrinsic, and none in correct runs
@@ -36,26 +35,16 @@ pub(super) struct ConventionsArgs {
 enum Part {
     /// One error at a time
     Errors,
-    /// Several errors together
-    Together,
     /// Correct runs
     Right,
     /// Correct runs with noise, of poses at several rates
     Noise,
-    /// Runs of an odometry
-    Odometry,
 }
 
 /// The errors that are made, to both sides: milliseconds, degrees, centimetres.
 const TIMES_MS: [f64; 5] = [5.0, 10.0, 20.0, 50.0, 100.0];
 const ANGLES_DEG: [f64; 4] = [0.1, 0.2, 0.5, 1.0];
 const LENGTHS_CM: [f64; 3] = [2.0, 5.0, 20.0];
-/// Errors that are made together.
-const TOGETHER: [Made; 3] = [
-    Made { axis: Axis::Yaw, value: 1.0_f64.to_radians() },
-    Made { axis: Axis::Pitch, value: 0.5_f64.to_radians() },
-    Made { axis: Axis::Time, value: 0.02 },
-];
 
 pub(super) fn run(arguments: &ConventionsArgs) -> anyhow::Result<()> {
     std::fs::create_dir_all(&arguments.out).with_context(|| arguments.out.display().to_string())?;
@@ -63,17 +52,11 @@ pub(super) fn run(arguments: &ConventionsArgs) -> anyhow::Result<()> {
     if wanted(Part::Errors) {
         errors(arguments)?;
     }
-    if wanted(Part::Together) {
-        together(arguments)?;
-    }
     if wanted(Part::Right) {
         right(arguments)?;
     }
     if wanted(Part::Noise) {
         noisy::print(&arguments.out, arguments.data.as_deref())?;
-    }
-    if wanted(Part::Odometry) {
-        restamped::print(&arguments.out)?;
     }
     Ok(())
 }
@@ -93,21 +76,6 @@ fn errors(arguments: &ConventionsArgs) -> anyhow::Result<()> {
         let log = open_log(&nclt, &LogOptions::default())?;
         let truth = read_trajectory(&nclt.join("poses_lidar_odometry.txt"))?.trajectory;
         World { name: "nclt_revisit", log: log.as_ref(), truth: &truth }.errors()?;
-    }
-    Ok(())
-}
-
-fn together(arguments: &ConventionsArgs) -> anyhow::Result<()> {
-    let made = TOGETHER.map(|made| format!("{} {}", made.axis.name(), in_units(made.axis, made.value)));
-    println!(
-        "\nthe remainder of {}, made together; of the truth\n\n\
-        | world | run | time | roll | pitch | yaw | x | y | z |\n|---|---|---|---|---|---|---|---|---|",
-        made.join(", ")
-    );
-    for name in &arguments.drives {
-        let spec = find(name)?;
-        let DriveLog { log, truth, .. } = DriveLog::open(&spec, &arguments.out)?;
-        World { name, log: log.as_ref(), truth: &truth }.together()?;
     }
     Ok(())
 }
@@ -149,8 +117,7 @@ impl World<'_> {
     /// Each error by itself.
     fn errors(&self) -> anyhow::Result<()> {
         let made = all_errors();
-        let runs: Vec<Run> =
-            made.iter().enumerate().map(|(k, made)| self.with(k, std::slice::from_ref(made))).collect();
+        let runs: Vec<Run> = made.iter().enumerate().map(|(k, made)| self.with(k, made)).collect();
         let plain = vet(self.log, &[Run::new("plain", self.truth.clone())], &Config::default(), false, &())?;
         let vetted = vet(self.log, &runs, &Config::default(), false, &())?;
         let Some(zero) = plain.found[0].calibration.as_ref() else {
@@ -180,29 +147,10 @@ impl World<'_> {
         Ok(())
     }
 
-    /// The remainder of errors that are made together, and the estimates of the truth.
-    fn together(&self) -> anyhow::Result<()> {
-        let made: [(&str, &[Made]); 2] = [("wrong", &TOGETHER), ("truth", &[])];
-        let runs = [0, 1].map(|k| self.with(k, made[k].1));
-        let vetted = vet(self.log, &runs, &Config::default(), false, &())?;
-        for ((name, made), found) in made.into_iter().zip(&vetted.found) {
-            let cell = |axis: Axis| {
-                let one = found.calibration.as_ref()?.of(axis);
-                let left = one.value + sum_of(made, axis);
-                one.is_seen.then(|| format!("{} ± {}", in_units(axis, left), in_units(axis, one.half)))
-            };
-            let axes = Axis::ALL.into_iter().filter(|&axis| axis != Axis::Sweep);
-            let cells: Vec<String> =
-                axes.map(|axis| cell(axis).unwrap_or_else(|| "not observable".to_owned())).collect();
-            println!("| {} | {name} | {} |", self.name, cells.join(" | "));
-        }
-        Ok(())
-    }
-
-    /// The truth with these errors.
-    fn with(&self, number: usize, made: &[Made]) -> Run {
+    /// The truth with an error.
+    fn with(&self, number: usize, made: &Made) -> Run {
         let mut run = Run::new(format!("{number}"), self.truth.clone());
-        let of = |axis: Axis| sum_of(made, axis);
+        let of = |axis: Axis| if made.axis == axis { made.value } else { 0.0 };
         run.time_offset_ns = Some((of(Axis::Time) * 1e9).round() as i64);
         run.body_from_sensor = Some(Isometry3::new(
             Vector3::new(of(Axis::X), of(Axis::Y), of(Axis::Z)),
@@ -236,11 +184,6 @@ impl World<'_> {
     }
 }
 
-/// The sum of the errors of one number.
-fn sum_of(made: &[Made], axis: Axis) -> f64 {
-    made.iter().filter(|made| made.axis == axis).map(|made| made.value).sum()
-}
-
 fn all_errors() -> Vec<Made> {
     let sides = |values: &[f64], factor: f64| -> Vec<f64> {
         values.iter().flat_map(|value| [-value * factor, value * factor]).collect()
@@ -257,7 +200,7 @@ fn all_errors() -> Vec<Made> {
     Axis::ALL.into_iter().flat_map(of).collect()
 }
 
-pub(super) fn in_units(axis: Axis, value: f64) -> String {
+fn in_units(axis: Axis, value: f64) -> String {
     match axis {
         Axis::Time => format!("{:.2} ms", 1e3 * value),
         Axis::Sweep => format!("{value:.3}"),

@@ -16,7 +16,6 @@ mod noisy;
 mod null;
 mod observe;
 mod repair;
-mod restamped;
 mod result;
 mod rooms;
 mod rule;

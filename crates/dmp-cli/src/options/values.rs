@@ -127,7 +127,8 @@ impl FromStr for Poses {
         unit.or_else(meant).or_else(format).ok_or_else(|| {
             let formats = TrajectoryFormat::ALL.map(|format| format.to_string()).join(", ");
             format!(
-                "`{text}` is not known: try {formats}, stamps-s, stamps-ms, stamps-us, stamps-ns, inverted, wxyz, mm, cm or km"
+                "`{text}` is not known: try {formats}, stamps-s, stamps-ms, stamps-us, stamps-ns, {}",
+                PosesAs::names()
             )
         })
     }

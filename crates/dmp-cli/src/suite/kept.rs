@@ -9,7 +9,7 @@ use dmp::Report;
 use dmp_disk::{ContentHash, ContentMemo, FileState};
 use serde::{Deserialize, Serialize};
 
-use super::contents;
+use super::cache_key;
 use super::plan::PlannedLog;
 use crate::common::Common;
 use crate::exit::one_line;
@@ -100,7 +100,7 @@ impl Kept {
 
     /// Where the result of a log belongs.
     pub(super) fn file_of(&mut self, log: &PlannedLog, common: &Common) -> anyhow::Result<PathBuf> {
-        let key = contents::key(log, &mut self.memo, common)?;
+        let key = cache_key::key(log, &mut self.memo, common)?;
         Ok(self.folder.join(format!("{key}.json")))
     }
 

@@ -1,6 +1,6 @@
 //! `dmp suite`: versions of a SLAM on several logs.
 
-mod contents;
+mod cache_key;
 mod dask;
 mod file;
 mod kept;

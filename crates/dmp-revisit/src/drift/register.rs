@@ -27,6 +27,9 @@ pub fn searched_m(steps: i32) -> f64 {
 }
 
 /// Registers the second visit to the first. It starts from the claim of the run, and from `steps` around it to either side.
+///
+/// # Errors
+/// Why there is no answer.
 pub fn register(seen: &Seen<'_>, steps: i32, metre_m: f64) -> Result<Alignment, Refusal> {
     let around = around(&seen.claimed, steps, metre_m);
     let starts = distinct([seen.claimed].iter().chain(&around), metre_m);

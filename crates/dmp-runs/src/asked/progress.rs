@@ -37,7 +37,7 @@ pub enum Stage {
 /// #[derive(Default)]
 /// struct Enough(AtomicU64);
 ///
-/// impl dmp::Progress for Enough {
+/// impl dmp_runs::Progress for Enough {
 ///     fn advance(&self, amount: u64) {
 ///         self.0.fetch_add(amount, Ordering::Relaxed);
 ///     }

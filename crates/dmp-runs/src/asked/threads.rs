@@ -11,6 +11,9 @@ pub fn in_threads<R: Send>(threads: usize, work: impl FnOnce() -> R + Send) -> R
 }
 
 /// Threads for work that does not read scan by scan.
+///
+/// # Errors
+/// When they cannot be started.
 pub fn pool(threads: usize) -> Result<rayon::ThreadPool, EvaluateError> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     pool.map_err(|source| EvaluateError::Threads { threads, source })

@@ -21,7 +21,7 @@ impl<'a> Heads<'a> {
     }
 
     /// Number of readable scans, as far as known.
-    pub fn len(self) -> usize {
+    pub fn readable(self) -> usize {
         match self {
             Self::Log(log) => log.frames().len(),
             Self::Outline(outline) => outline.scans().len(),

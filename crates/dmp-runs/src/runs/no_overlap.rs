@@ -24,7 +24,7 @@ pub(crate) fn why_no_overlap(heads: Heads<'_>, run: &Run, settings: &Settings) -
         return Unposed::TooFewPoses;
     };
     let s = |ns: i64| ns as f64 / 1e9;
-    if first == last && heads.len() > 1 {
+    if first == last && heads.readable() > 1 {
         return Unposed::SameStamps { stamp_s: s(first) };
     }
     let (first, last) =

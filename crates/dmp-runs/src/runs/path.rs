@@ -85,12 +85,14 @@ impl RunPath {
     }
 
     /// The path through some of the scans, which have the ordinals 0, 1, 2, … then. Segments keep their numbers.
+    #[must_use]
     pub fn through(&self, ordinals: impl Iterator<Item = Option<usize>>) -> Self {
         let segment_of = ordinals.map(|ordinal| self.segment(ordinal?)).collect();
         Self { segment_of, ..self.clone() }
     }
 
     /// The same without the scans that the run has no pose for.
+    #[must_use]
     pub fn posed_only(&self) -> Self {
         let is_kept = |ordinal: &usize| self.has(*ordinal);
         let kept: Vec<usize> = (0..self.segment_of.len()).filter(is_kept).collect();

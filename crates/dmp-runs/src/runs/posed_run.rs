@@ -58,6 +58,7 @@ impl<'a, M> PosedRun<'a, M> {
     }
 
     /// The same run on another path.
+    #[must_use]
     pub fn with_path(self, path: RunPath) -> Self {
         Self { path: Arc::new(path), ..self }
     }

@@ -45,7 +45,7 @@ impl Block<'_> {
     }
 
     /// Number of returns.
-    pub fn len(&self) -> usize {
+    pub fn returns(&self) -> usize {
         self.offsets_ns.len()
     }
 }
@@ -101,6 +101,9 @@ impl<'a> Poser<'a> {
 
     /// Passes `each` the used returns of the scan with this ordinal, block by block, if some run has a pose for it. The
     /// returned counts cover every return of the scan.
+    ///
+    /// # Errors
+    /// The first of `each`.
     pub fn blocks<E>(
         &mut self,
         (ordinal, frame): (usize, &PlannedFrame),

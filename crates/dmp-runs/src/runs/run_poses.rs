@@ -45,6 +45,7 @@ impl RunPoses {
     }
 
     /// The same in the frame of `new_from_world`.
+    #[must_use]
     pub fn moved(&self, new_from_world: &Isometry3<f64>) -> Self {
         let trajectory = Arc::new(self.trajectory.moved(new_from_world));
         Self { trajectory, sparse: self.sparse.clone(), ..*self }

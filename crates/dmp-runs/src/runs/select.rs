@@ -27,7 +27,7 @@ impl Selection {
     /// # Errors
     /// When the log has no scan.
     pub fn new(heads: Heads<'_>, settings: &Settings) -> Result<Self, EvaluateError> {
-        if heads.len() == 0 {
+        if heads.readable() == 0 {
             return Err(EvaluateError::NoScans { path: heads.summary().path.clone() });
         }
         let mut selection = Self::default();

@@ -5,8 +5,8 @@ use std::str::FromStr;
 
 use dmp_sensor::{Isometry3, Quaternion, Trajectory, UnitQuaternion};
 
-/// The pose format of a file that is not `world_from_body` in metres with quaternions x, y, z, w. As text
-/// (`FromStr`, `Display`): `inverted`, `wxyz`, `mm`, `cm`, `km`.
+/// The pose format of a file that is not `world_from_body` in metres with quaternions x, y, z, w. It has a name as
+/// text (`FromStr`, `Display`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum PosesAs {
@@ -26,6 +26,11 @@ impl PosesAs {
     /// Every format.
     pub const ALL: [Self; 5] =
         [Self::Inverted, Self::Wxyz, Self::Millimetres, Self::Centimetres, Self::Kilometres];
+
+    /// The names of all.
+    pub fn names() -> String {
+        Self::ALL.map(|poses_as| poses_as.to_string()).join(", ")
+    }
 
     /// Converts poses from this format; `None` if the result is no trajectory.
     pub fn read(self, trajectory: &Trajectory) -> Option<Trajectory> {
@@ -70,7 +75,7 @@ impl FromStr for PosesAs {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let found = Self::ALL.into_iter().find(|way| way.to_string() == text);
-        found.ok_or_else(|| format!("`{text}` is no pose format: choose inverted, wxyz, mm, cm or km"))
+        found.ok_or_else(|| format!("`{text}` is no pose format: choose one of {}", Self::names()))
     }
 }
 

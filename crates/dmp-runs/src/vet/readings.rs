@@ -39,7 +39,7 @@ pub(super) fn all(run: &Run, settings: &Settings, log: &LogSummary, speed_m_per_
     let camera_from_lidar = camera_from_lidar();
     turned(camera_from_lidar * given);
     turned(given * camera_from_lidar.inverse());
-    // Upside down, and rotated by quarter turns.
+    // The sensor turned by half a turn about x, and by quarter turns about z. What turns the poses is a `PosesAs`.
     turned(given * rotation(0.0, 1.0, 0.0, 0.0));
     turned(given * rotation(1.0, 0.0, 0.0, 1.0));
     turned(given * rotation(1.0, 0.0, 0.0, -1.0));

@@ -21,7 +21,7 @@ pub(super) fn read(
     settings: &Settings,
     progress: &dyn Progress,
 ) -> Result<Vec<Block>, EvaluateError> {
-    let scans = heads.len();
+    let scans = heads.readable();
     let most = if matches!(heads, Heads::Log(_)) { BLOCKS } else { BLOCKS_OF_OUTLINE };
     let count = most.min(scans / 4).max(1);
     let blocks: Vec<Vec<usize>> = (0..count)

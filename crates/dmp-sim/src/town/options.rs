@@ -46,8 +46,6 @@ pub struct TownOptions {
     pub parked: f64,
     /// Cars that drive through the streets, each along one.
     pub moving_cars: usize,
-    /// Seed of these; `None`: that of the town.
-    pub traffic_seed: Option<u64>,
 }
 
 impl Default for TownOptions {
@@ -61,7 +59,6 @@ impl Default for TownOptions {
             relief_m: 4.0,
             parked: 0.35,
             moving_cars: 0,
-            traffic_seed: None,
         }
     }
 }

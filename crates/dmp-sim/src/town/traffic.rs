@@ -28,8 +28,7 @@ pub(super) struct MovingCar {
 
 impl MovingCar {
     pub(super) fn new(car: usize, options: &TownOptions) -> Self {
-        let seed = options.traffic_seed.unwrap_or(options.seed);
-        let mut random = Random::new(seed, &[b'm'.into(), car as u64]);
+        let mut random = Random::new(options.seed, &[b'm'.into(), car as u64]);
         let axis = random.index(2);
         let across = 1 - axis;
         // The streets at the rim lead nowhere; inner ones are used first.

@@ -5,9 +5,9 @@ use dmp_report::{Report, RunReport};
 
 use super::contents::{SuiteLogReport, SuitePromiseReport, SuiteReport};
 use super::failures::Failures;
-use super::judge::judge;
 use super::log::SuiteLog;
 use super::pair::{SuitePairReport, on_logs, report_of, signs};
+use super::sign_test::judge;
 
 /// Summarises the reports of all logs for every pair of versions.
 ///

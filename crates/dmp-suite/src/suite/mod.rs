@@ -4,10 +4,10 @@ mod build;
 mod contents;
 mod effect;
 mod failures;
-mod judge;
 mod log;
 mod outcome;
 mod pair;
+mod sign_test;
 #[cfg(test)]
 mod tests;
 

@@ -1,4 +1,4 @@
-//! Compares two versions over all logs.
+//! Compares two versions over all logs: which of them each log counts for, and what the sign test makes of that.
 
 use dmp_reduce::Confidence;
 use dmp_report::{Report, Verdict};
@@ -6,9 +6,9 @@ use serde::{Deserialize, Serialize};
 
 use super::effect::EffectReport;
 use super::failures::FailureReport;
-use super::judge::{Judged, Signs};
 use super::log::SuiteLog;
 use super::outcome::Outcome;
+use super::sign_test::{Judged, Signs};
 
 /// The scale, counted from the largest, at which differences of root mean squares are reported: 0.5 m on a
 /// drive.

@@ -14,11 +14,9 @@ mod schedule;
 mod survey;
 mod trails;
 
-pub use cast::Casting;
-pub use cast::{CopiedScans, OddScans, Oddity};
+pub use cast::{Casting, CopiedScans, OddScans, Oddity};
 pub(crate) use cast::{RunCaster, Scored, horizon_m};
 pub use drift::{Revisits, VisitPair, measure_drift};
-
 pub(crate) use evaluation::{Evaluation, FuseTotals, Task};
 pub(crate) use foresight::DiskEstimate;
 pub(crate) use frames::{Worker, each_frame, jobs_of};

@@ -207,7 +207,7 @@ impl Findings<'_> {
             topic: summary.topic.clone(),
             point_times: summary.point_times.clone(),
             span_ns: summary.span_ns,
-            scans: heads.len(),
+            scans: heads.readable(),
             scans_used: (0..plan.frames().len()).filter(|&k| runs.iter().any(|run| run.path.has(k))).count(),
             returns: counts.total(),
             returns_used: counts.used(),

@@ -1,5 +1,6 @@
 //! The report of what the passes found, and what it warns of.
 
+mod account;
 mod findings;
 mod warnings;
 

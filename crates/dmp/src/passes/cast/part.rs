@@ -6,7 +6,7 @@ use dmp_runs::{EvaluateError, Stage};
 use super::casters::{RunCaster, SharedTiles};
 use super::checkpoint::Casting;
 use super::pass::{Scored, Sums};
-use super::worker::{CastWorker, TileSums};
+use super::worker::{CastWorker, OwnTileSums};
 use crate::passes::evaluation::Evaluation;
 use crate::passes::frames::{Jobs, Pauses, each_frame_in_parts, jobs_of};
 
@@ -29,7 +29,7 @@ impl Evaluation<'_, RunCaster> {
         })?;
         let sums = Sums::nothing(&layout).with(&workers)?;
         // Sums by tile serve plots only, and would dominate the size.
-        Ok(Sums { tiles: TileSums::new(), ..sums }.kept(wanted.clone()))
+        Ok(Sums { tiles: OwnTileSums::new(), ..sums }.kept(wanted.clone()))
     }
 }
 

@@ -13,7 +13,7 @@ use super::checkpoint::Casting;
 use super::copies::{CopiedScans, copied_scans};
 use super::odd::{OddScans, in_rows, odd_scans};
 use super::shapes::ScanShape;
-use super::worker::{CastWorker, TileSums};
+use super::worker::{CastWorker, OwnTileSums};
 use crate::means::Round;
 use crate::passes::evaluation::Evaluation;
 use crate::passes::frames::{Jobs, Pauses, Reading, each_frame_in_parts, each_frame_of, jobs_of};
@@ -39,7 +39,7 @@ pub(crate) struct Scored {
     pub(crate) odd_scans: Vec<OddScans>,
     /// Scans that repeat another scan.
     pub(crate) copied_scans: Vec<CopiedScans>,
-    /// Sums of the returns that lie in a tile, for each run and tile.
+    /// See [`OwnTileSums`].
     pub(crate) tiles: HashMap<(usize, TileId), RunSums>,
     pub(crate) tile_loads: u64,
     /// Tiles that were within the sensor's reach, counted each time they came into it.
@@ -65,7 +65,7 @@ struct Look {
 pub(super) struct Sums {
     pub(super) reducer: Reducer,
     pub(super) counts: ReturnCounts,
-    pub(super) tiles: TileSums,
+    pub(super) tiles: OwnTileSums,
     pub(super) shapes: Vec<(u64, ScanShape)>,
     pub(super) marks: Vec<(u64, u64)>,
 }
@@ -173,7 +173,10 @@ impl Evaluation<'_, RunCaster> {
     ///
     /// # Errors
     /// When the log or a map cannot be read.
-    pub(crate) fn cast_frames(&self, wanted: &FrameSet) -> Result<(ReturnCounts, TileSums), EvaluateError> {
+    pub(crate) fn cast_frames(
+        &self,
+        wanted: &FrameSet,
+    ) -> Result<(ReturnCounts, OwnTileSums), EvaluateError> {
         let layout = self.layout();
         let workers = (0..self.means.threads).map(|_| CastWorker::new(self, &layout)).collect();
         let reading = self.plan.reading(self.log, &self.means, self.progress);

@@ -17,8 +17,9 @@ use super::shapes::{ScanShape, ShapeCounts};
 use crate::passes::evaluation::Evaluation;
 use crate::passes::frames::Worker;
 
-/// Sums of the returns that lie in a tile, for each run and tile.
-pub(crate) type TileSums = HashMap<(usize, TileId), RunSums>;
+/// Sums of the returns that lie in a tile of the frame of the run's trajectory (not of its map), for each run and tile. There are none
+/// without `per_tile`, and none in parts.
+pub(crate) type OwnTileSums = HashMap<(usize, TileId), RunSums>;
 
 /// A thread's sums, and its buffers.
 pub(super) struct CastWorker<'e> {
@@ -33,7 +34,7 @@ pub(super) struct CastWorker<'e> {
     residuals: Vec<Vec<Residuals>>,
     frame: FrameSums,
     pub(super) reducer: Reducer,
-    pub(super) tiles: TileSums,
+    pub(super) tiles: OwnTileSums,
     pub(super) counts: ReturnCounts,
     /// For the scans seen without a checksum: their places in the plan, and their shapes.
     pub(super) shapes: Vec<(u64, ScanShape)>,
@@ -106,7 +107,7 @@ impl Worker for CastWorker<'_> {
                     reposed = true;
                 }
             }
-            for index in 0..block.len() {
+            for index in 0..block.returns() {
                 let of_runs = residuals
                     .iter()
                     .enumerate()

@@ -1,0 +1,29 @@
+//! Where every return of the log went.
+
+use dmp_runs::EvaluateError;
+use dmp_sensor::DropReason;
+
+use super::findings::drops_in_words;
+use crate::passes::{Evaluation, Scored};
+
+impl<M> Evaluation<'_, M> {
+    /// Counts every return of the log as used, or as dropped for a reason.
+    ///
+    /// # Errors
+    /// When the counts of the fuse pass and of the cast pass differ, or nothing was cast.
+    pub(crate) fn account(&self, scored: &mut Scored) -> Result<(), EvaluateError> {
+        // Holds only if all scans were scored, not a sample.
+        let all_scored = scored.reducer.frames_added() == self.plan.frames().len() as u64;
+        if let Some(first) = self.fused.counts.filter(|first| all_scored && *first != scored.counts) {
+            return Err(EvaluateError::LogChanged { first: first.used(), second: scored.counts.used() });
+        }
+        let (used, all) = (self.returns(), self.plan.frames().iter().map(|frame| frame.returns).sum::<u64>());
+        scored.counts.add_dropped(DropReason::ScanNotSampled, used.saturating_sub(scored.counts.total()));
+        scored.counts.add_dropped(DropReason::ScanNotSelected, self.plan.selection.unselected_returns);
+        scored.counts.add_dropped(DropReason::ScanWithoutPose, all - used);
+        if scored.counts.used() == 0 {
+            return Err(EvaluateError::NoReturns(drops_in_words(&scored.counts)));
+        }
+        Ok(())
+    }
+}
