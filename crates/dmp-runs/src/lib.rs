@@ -2,7 +2,7 @@
 //!
 //! - `asked`: [`Config`] and what it becomes on a log, who watches, and every error.
 //! - `runs`: the poses of a [`Run`] on the log's clock and in its own frame, its path and segments, the rays of its returns.
-//! - `vet`: whether a run belongs to the log, and its conventions ([`mod@vet`]).
+//! - `vet`: whether a run belongs to the log, and its conventions ([`fn@vet`]).
 //!
 //! What is found of one run depends on no other. Programs use these types as those of the crate `dmp`.
 
