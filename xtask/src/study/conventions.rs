@@ -16,8 +16,8 @@ use super::rooms::room;
 /// Detect known errors of clock and extrinsic, and none in correct runs
 #[derive(Debug, clap::Args)]
 pub(super) struct ConventionsArgs {
-    /// Drives on which errors are made, comma-separated
-    #[arg(long, value_delimiter = ',', default_values_t = ["laps-16".to_owned(), "oneway-32".to_owned()])]
+    /// Drives, comma-separated [default: laps-16,oneway-32 for errors, all for noise; that also takes room-1, nclt_revisit]
+    #[arg(long, value_delimiter = ',')]
     drives: Vec<String>,
     /// Folder of real recordings: makes errors on that of NCLT, too
     #[arg(long, value_name = "FOLDER")]
@@ -41,6 +41,8 @@ enum Part {
     Noise,
 }
 
+/// Drives on which errors are made.
+const USUAL: [&str; 2] = ["laps-16", "oneway-32"];
 /// The errors that are made, to both sides: milliseconds, degrees, centimetres.
 const TIMES_MS: [f64; 5] = [5.0, 10.0, 20.0, 50.0, 100.0];
 const ANGLES_DEG: [f64; 4] = [0.1, 0.2, 0.5, 1.0];
@@ -56,7 +58,7 @@ pub(super) fn run(arguments: &ConventionsArgs) -> anyhow::Result<()> {
         right(arguments)?;
     }
     if wanted(Part::Noise) {
-        noisy::print(&arguments.out, arguments.data.as_deref())?;
+        noisy::print(&arguments.drives, &arguments.out, arguments.data.as_deref())?;
     }
     Ok(())
 }
@@ -65,7 +67,8 @@ fn errors(arguments: &ConventionsArgs) -> anyhow::Result<()> {
     println!(
         "| world | number | observable | half an interval | errors | detected | in the interval |\n|---|---|---|---|---|---|---|"
     );
-    for name in &arguments.drives {
+    let usual = USUAL.map(str::to_owned);
+    for name in if arguments.drives.is_empty() { &usual } else { arguments.drives.as_slice() } {
         let spec = find(name)?;
         let DriveLog { log, truth, .. } = DriveLog::open(&spec, &arguments.out)?;
         World { name, log: log.as_ref(), truth: &truth }.errors()?;

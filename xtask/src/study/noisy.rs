@@ -20,22 +20,26 @@ const MOST_DEG: f64 = 0.2;
 /// The truncation at which runs are compared with their fixes, metres.
 const SCALE_M: f64 = 0.5;
 
-/// One row for each world: of its noisy runs, how many are excluded, doubtful, or get a hint, and whether that helps.
-pub(super) fn print(out: &Path, data: Option<&Path>) -> anyhow::Result<()> {
+/// One row for each of the worlds that are wanted, or for all: of its noisy runs, how many are excluded, doubtful, or get a
+/// hint, and whether that helps.
+pub(super) fn print(wanted: &[String], out: &Path, data: Option<&Path>) -> anyhow::Result<()> {
+    let is_wanted = |name: &str| wanted.is_empty() || wanted.iter().any(|wanted| wanted == name);
     println!(
         "\nnoisy runs: up to {MOST_M} m and {MOST_DEG}°, poses at {RATES_HZ:?} Hz\n\n\
          | world | runs | excluded | doubtful | with a hint | worse by `--mend` |\n|---|---:|---:|---:|---:|---|"
     );
-    for spec in drives() {
+    for spec in drives().into_iter().filter(|spec| is_wanted(spec.name)) {
         let DriveLog { log, truth, .. } = DriveLog::open(&spec, out)?;
         row(spec.name, log.as_ref(), &truth, 1.0)?;
     }
-    let (log, runs) = room(1, &out.join("rooms"))?;
-    row("room 1", log.as_ref(), &runs[0].trajectory, 0.1)?;
-    for (name, run) in [("nclt_revisit", "poses_lidar_odometry.txt")] {
-        let Some(folder) = data.map(|data| data.join(name)) else { continue };
+    if is_wanted("room-1") {
+        let (log, runs) = room(1, &out.join("rooms"))?;
+        row("room-1", log.as_ref(), &runs[0].trajectory, 0.1)?;
+    }
+    if let Some(folder) = data.map(|data| data.join("nclt_revisit")).filter(|_| is_wanted("nclt_revisit")) {
         let log = open_log(&folder, &LogOptions::default())?;
-        row(name, log.as_ref(), &read_trajectory(&folder.join(run))?.trajectory, 1.0)?;
+        let truth = read_trajectory(&folder.join("poses_lidar_odometry.txt"))?.trajectory;
+        row("nclt_revisit", log.as_ref(), &truth, 1.0)?;
     }
     Ok(())
 }
