@@ -89,6 +89,6 @@ fn noisy(truth: &Trajectory, number: u64, metre_m: f64) -> anyhow::Result<Run> {
     let poses = (0..=(last - first) / interval_ns).filter_map(at).collect();
     let noise = Noise { sigma_m, sigma_rad: sigma_deg.to_radians(), interval_ns };
     let errors = SlamErrors { noise: Some(noise), seed: number, ..SlamErrors::default() };
-    let name = format!("{:.1} cm, {sigma_deg:.2}°, {rate_hz} Hz", 100.0 * sigma_m);
+    let name = format!("{number}: {:.2} cm, {sigma_deg:.2}°, {rate_hz} Hz", 100.0 * sigma_m);
     Ok(Run::new(name, errors.apply(&Trajectory::stamped(poses)?.trajectory)?))
 }
