@@ -45,7 +45,9 @@ pub(super) fn print(wanted: &[String], out: &Path, data: Option<&Path>) -> anyho
 }
 
 fn row(world: &str, log: &dyn ScanLog, truth: &Trajectory, metre_m: f64) -> anyhow::Result<()> {
-    let runs: Vec<Run> = (0..RUNS).map(|seed| noisy(truth, seed, metre_m)).collect::<anyhow::Result<_>>()?;
+    let runs: Vec<Run> = (0..RUNS)
+        .map(|seed| noisy(truth, seed, metre_m, log.summary().span_ns.is_some()))
+        .collect::<anyhow::Result<_>>()?;
     let config = Config::default();
     let found = vet(log, &runs, &config, false, &())?.found;
     let hinted: Vec<usize> =
@@ -71,13 +73,14 @@ fn row(world: &str, log: &dyn ScanLog, truth: &Trajectory, metre_m: f64) -> anyh
     Ok(())
 }
 
-/// The truth with noise of a size and at a rate of this number's own; both kinds of noise are spread evenly.
-fn noisy(truth: &Trajectory, number: u64, metre_m: f64) -> anyhow::Result<Run> {
+/// The truth with noise of a size and at a rate of this number's own; both kinds of noise are spread evenly. Poses of scans
+/// without stamps belong to them one by one: `has_rate` is false.
+fn noisy(truth: &Trajectory, number: u64, metre_m: f64, has_rate: bool) -> anyhow::Result<Run> {
     let spread = |step: f64| (number as f64 * step).fract();
     // Steps of the sequence by Roberts that covers a square evenly.
     let (sigma_m, sigma_deg) = (MOST_M * metre_m * spread(0.754_877_666), MOST_DEG * spread(0.569_840_291));
     let rate_hz = RATES_HZ[number as usize % RATES_HZ.len()];
-    let interval_ns = 1_000_000_000 / rate_hz;
+    let interval_ns = if has_rate { 1_000_000_000 / rate_hz } else { truth.usual_step_ns() };
     let (first, last) = match truth.stamps_ns() {
         Some([first, .., last]) => (*first, *last),
         _ => anyhow::bail!("the truth has no stamps"),
@@ -86,9 +89,10 @@ fn noisy(truth: &Trajectory, number: u64, metre_m: f64) -> anyhow::Result<Run> {
         let stamp_ns = first + k * interval_ns;
         Some((stamp_ns, truth.world_from_body_at(stamp_ns, i64::MAX)?))
     };
-    let poses = (0..=(last - first) / interval_ns).filter_map(at).collect();
+    let at_rate = || (0..=(last - first) / interval_ns).filter_map(at).collect();
+    let posed = if has_rate { Trajectory::stamped(at_rate())?.trajectory } else { truth.clone() };
     let noise = Noise { sigma_m, sigma_rad: sigma_deg.to_radians(), interval_ns };
     let errors = SlamErrors { noise: Some(noise), seed: number, ..SlamErrors::default() };
     let name = format!("{number}: {:.2} cm, {sigma_deg:.2}°, {rate_hz} Hz", 100.0 * sigma_m);
-    Ok(Run::new(name, errors.apply(&Trajectory::stamped(poses)?.trajectory)?))
+    Ok(Run::new(name, errors.apply(&posed)?))
 }
