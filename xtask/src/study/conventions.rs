@@ -16,7 +16,7 @@ use super::rooms::room;
 /// Detect known errors of clock and extrinsic, and none in correct runs
 #[derive(Debug, clap::Args)]
 pub(super) struct ConventionsArgs {
-    /// Drives, comma-separated [default: laps-16,oneway-32 for errors, all for noise; that also takes room-1, nclt_revisit]
+    /// Drives, comma-separated [default: laps-16,oneway-32 for errors, all for noise; that also takes room-1, `nclt_revisit`]
     #[arg(long, value_delimiter = ',')]
     drives: Vec<String>,
     /// Folder of real recordings: makes errors on that of NCLT, too
