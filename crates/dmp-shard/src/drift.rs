@@ -79,7 +79,7 @@ impl Shard<'_> {
         let mut all = self.measured(revisits.counts().sum())?.into_iter();
         let mut measured = Vec::new();
         for revisits in revisits.0 {
-            measured.push(all.by_ref().take(revisits.pairs().len()).collect());
+            measured.push((all.by_ref().take(revisits.pairs().len()).collect(), revisits));
         }
         Ok(planned.drift(measured))
     }

@@ -219,10 +219,9 @@ impl<'a> PlannedScore<'a> {
         self.0.measures_drift()
     }
 
-    /// The drift of all runs, given for each what was measured on the pairs of its [`Self::revisits`].
-    pub fn drift(&self, measured: Vec<Vec<VisitPairReport>>) -> DriftReport {
-        let with = |(run, visits)| (visits, self.revisits(run));
-        self.0.drift_report(measured.into_iter().enumerate().map(with).collect())
+    /// The drift of all runs, given for each its [`Self::revisits`] and what was measured on the pairs of these.
+    pub fn drift(&self, measured: Vec<(Vec<VisitPairReport>, Revisits<'_>)>) -> DriftReport {
+        self.0.drift_report(measured)
     }
 
     /// The report of what all parts of the passes found. It equals that of [`evaluate`](crate::evaluate) to the bit, except
