@@ -3,10 +3,7 @@
 use dmp_map::Independence;
 
 use crate::lanes::{Lanes, Simd};
-use crate::packet::PacketAnswers;
-use crate::packet_rays::{Column, PacketRays, RAYS};
-use crate::search::{Search, each_hit};
-use crate::tile::{Node, TileView};
+use crate::within::{Column, Node, PacketAnswers, PacketRays, RAYS, Search, TileView, each_hit};
 
 /// z1 only: the rays' bounds must not exceed the best so far.
 pub(crate) struct First<'a>(pub(crate) &'a mut Column);

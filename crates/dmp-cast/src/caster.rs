@@ -11,7 +11,7 @@ use crate::lanes::{Job, Simd};
 use crate::normals::Normal;
 use crate::path::Path;
 use crate::query::{Answer, CastSettings, Query};
-use crate::tile::CastTile;
+use crate::within::CastTile;
 
 /// The tiles of one or more maps in memory, ready for casting, under one byte budget.
 #[derive(Debug)]

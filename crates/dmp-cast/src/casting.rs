@@ -3,16 +3,15 @@
 use dmp_map::{MapError, TileId};
 
 use crate::answers::{First, Three};
-use crate::frustum::{Frustum, LEAST_RAYS, SQUARES_PER_RAY};
 use crate::journey::{JourneyBuffers, Traveller, Wait};
 use crate::lanes::Simd;
 use crate::normals::{Normal, normals};
-use crate::packet::{CastPackets, PACKETS, PacketAnswers, PacketLists, Visit};
-use crate::packet_rays::RAYS;
 use crate::query::{Answer, Wanted};
 use crate::rays::Rays;
-use crate::search::{SearchLists, SearchRays};
-use crate::tile::{CastTile, TileView};
+use crate::within::{
+    CastPackets, CastTile, Frustum, LEAST_RAYS, PACKETS, PacketAnswers, PacketLists, RAYS, SQUARES_PER_RAY,
+    SearchLists, SearchRays, TileView, Visit,
+};
 
 /// How rays are grouped in a tile. No answer depends on it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

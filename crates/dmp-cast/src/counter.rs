@@ -7,12 +7,10 @@ use dmp_map::{Crossing, Independence, MapError, Store, Tally, TileExtent, TileId
 
 use crate::journey::{JourneyBuffers, Tiles, Traveller, Wait, travel};
 use crate::lanes::{Job, Simd};
-use crate::packet_rays::{PacketRays, RAYS};
 use crate::path::Path;
 use crate::query::{CastSettings, Query, Wanted};
 use crate::rays::Rays;
-use crate::search::{Each, SearchLists, SearchRays};
-use crate::tile::{CastTile, LEAF_DISCS};
+use crate::within::{CastTile, Each, LEAF_DISCS, PacketRays, RAYS, SearchLists, SearchRays};
 
 /// Tolerance, metres: a ray with a measured range within this of a crossing ended there. One whose end is farther than
 /// this behind the surfel's plane passed through.

@@ -51,24 +51,17 @@
 
 mod answers;
 mod bands;
-mod build;
 mod caster;
 mod casting;
 mod counter;
-mod crossing;
-mod frustum;
 mod journey;
 mod lanes;
-mod lists;
 mod normals;
 mod order;
-mod packet;
-mod packet_rays;
 mod path;
 mod query;
 mod rays;
-mod search;
-mod tile;
+mod within;
 
 pub use caster::{Caster, TileCache};
 pub use casting::CastBuffers;
@@ -78,4 +71,4 @@ pub use counter::{CountBuffers, CrossingCounter};
 pub use path::Path;
 pub use query::{Answer, CastSettings, Query, Wanted};
 #[doc(hidden)]
-pub use tile::CastTile;
+pub use within::CastTile;

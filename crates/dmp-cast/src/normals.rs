@@ -5,10 +5,7 @@
 //! boxes contain one place, and crossings have one formula, so the same disc is found.
 
 use crate::lanes::Simd;
-use crate::packet::{PacketAnswers, Visit};
-use crate::packet_rays::RAYS;
-use crate::search::{Each, SearchLists, SearchRays};
-use crate::tile::TileView;
+use crate::within::{Each, PacketAnswers, RAYS, SearchLists, SearchRays, TileView, Visit};
 
 /// A unit normal in the world.
 pub(crate) type Normal = [f32; 3];

@@ -1,8 +1,8 @@
 //! Groups rays into packets.
 
 use crate::bands::{AZIMUTH_BITS, Bands};
-use crate::packet_rays::RAYS;
 use crate::query::Query;
+use crate::within::RAYS;
 
 /// Packets are cut at gaps only if they have this many rays: with fewer, the overhead of a packet is worse than
 /// unrelated rays.

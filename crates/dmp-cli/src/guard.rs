@@ -10,11 +10,10 @@ use std::path::{Path, PathBuf};
 use anyhow::bail;
 use dmp_disk::{is_stdout, place_of};
 
-use crate::clash::{refuse_clashes, refuse_printed};
-use crate::exit::Usage;
+use crate::console::Usage;
+use crate::files::{is_missing, refuse_clashes, refuse_printed};
 use crate::named::NamedFile;
 use crate::options::{Asked, Entry, Role, output};
-use crate::save::is_missing;
 
 /// The file that gates write: they are not in the registry.
 const JUNIT: &str = "junit";

@@ -8,46 +8,17 @@
 //! go to standard output, everything else (progress, notes, errors) to standard error. What a user of the libraries would
 //! miss does not belong here.
 
-mod after_help;
-mod announce;
-mod calibrate;
-mod clash;
-mod clock;
-mod common;
-mod compare;
-mod completions;
-mod convert;
-mod drift;
+mod commands;
+mod console;
 #[cfg(test)]
 mod example_reports;
-mod exit;
-mod extrinsic;
+mod files;
 mod gates;
 mod guard;
-mod host;
-mod info;
-mod loaded_run;
-mod log_input;
-mod log_writer;
-mod loops;
-mod manual;
-mod map;
+mod help;
+mod inputs;
 mod named;
 mod options;
-mod process;
-mod progress;
-mod repair;
-mod runs;
-mod save;
-mod saved_result;
-mod say;
-mod score;
-mod shard;
-mod simulate;
-mod suite;
-mod terminal;
-mod truth;
-mod vetting;
 
 use std::ffi::OsString;
 use std::io::{self, Write as _};
@@ -56,17 +27,17 @@ use std::sync::Arc;
 
 use anstream::AutoStream;
 
-pub use after_help::{HelpBody, HelpPart, help_parts};
-use common::Common;
+use console::Common;
+pub use console::Host;
+use console::Hosted;
+use console::Terminal;
+pub use console::{Exit, Failure, FailureKind};
+use console::{Printed, commands_anywhere};
+use console::{is_closed_pipe, one_line, when_printed};
 use dmp_log::is_printable;
-pub use exit::{Exit, Failure, FailureKind};
-use exit::{is_closed_pipe, one_line, when_printed};
 use guard::Results;
-pub use host::Host;
-use host::Hosted;
+pub use help::{HelpBody, HelpPart, help_parts};
 use options::{Asked, Out, Spec, output};
-use say::{Printed, commands_anywhere};
-use terminal::Terminal;
 
 /// The command, with its commands in the order of the help.
 static ROOT: Spec = Spec {
@@ -76,35 +47,35 @@ static ROOT: Spec = Spec {
             130 interrupted.",
     options: &[&[&output::QUIET]],
     commands: &[
-        &score::SPEC,
-        &calibrate::SPEC,
-        &compare::SPEC,
-        &suite::SPEC,
-        &drift::SPEC,
-        &repair::SPEC,
-        &loops::SPEC,
-        &map::SPEC,
-        &info::SPEC,
-        &shard::SPEC,
-        &convert::SPEC,
-        &truth::SPEC,
-        &simulate::SPEC,
-        &completions::SPEC,
-        &manual::SPEC,
+        &commands::score::SPEC,
+        &commands::calibrate::SPEC,
+        &commands::compare::SPEC,
+        &commands::suite::SPEC,
+        &commands::drift::SPEC,
+        &commands::repair::SPEC,
+        &commands::loops::SPEC,
+        &commands::map::SPEC,
+        &commands::info::SPEC,
+        &commands::shard::SPEC,
+        &commands::convert::SPEC,
+        &commands::truth::SPEC,
+        &commands::simulate::SPEC,
+        &help::completions::SPEC,
+        &help::manual::SPEC,
     ],
     ..Spec::EMPTY
 };
 
 /// The command, with the arguments of this process.
 pub fn main() -> ExitCode {
-    process::begin_again_with_memory_given_back();
+    console::process::begin_again_with_memory_given_back();
     run_process(std::env::args_os()).into()
 }
 
 /// The command, with these arguments, in a process that does nothing else: interrupts end it in order, and what is asked a
 /// second time ends the process at once.
 pub fn run_process(arguments: impl IntoIterator<Item = OsString>) -> Exit {
-    process::prepare();
+    console::process::prepare();
     run(arguments)
 }
 
@@ -164,7 +135,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Exit {
     let mut understood = match Understood::of(arguments) {
         Ok(understood) => understood,
         Err(Answer::Foreign(foreign)) => {
-            say::line(format_args!("error: {}", foreign_in_words(&foreign)));
+            console::say::line(format_args!("error: {}", foreign_in_words(&foreign)));
             return Exit::WrongUsage;
         }
         Err(Answer::Parser(error)) => {
@@ -178,7 +149,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Exit {
             };
             return match printed {
                 _ if error.use_stderr() => Exit::WrongUsage,
-                Err(error) => ended(Err(say::of_results(&error).into())),
+                Err(error) => ended(Err(console::say::of_results(&error).into())),
                 Ok(()) => Exit::Done,
             };
         }
@@ -280,7 +251,7 @@ fn ended(done: anyhow::Result<Exit>) -> Exit {
         Ok(exit) => exit,
         Err(error) if is_closed_pipe(&error) => Exit::Done,
         Err(error) => {
-            say::line(format_args!("error: {}", one_line(&error)));
+            console::say::line(format_args!("error: {}", one_line(&error)));
             FailureKind::of(&error).into()
         }
     }

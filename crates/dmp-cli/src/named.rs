@@ -7,8 +7,8 @@ use std::str::FromStr;
 use dmp::MapSource;
 use dmp_log::LogError;
 
-use crate::exit::Usage;
-use crate::save::is_missing;
+use crate::console::Usage;
+use crate::files::is_missing;
 
 /// A file, perhaps with a name for what is in it.
 #[derive(Debug, Clone, PartialEq, Eq)]

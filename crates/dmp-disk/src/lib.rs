@@ -28,38 +28,33 @@
 //! ```
 
 mod beside;
-mod budget_cache;
 mod checkpoint;
-mod content;
 mod disk_space;
 mod error;
-mod file_names;
 mod folder_lock;
-mod input_file;
+mod input;
 mod left_behind;
 mod output_file;
 mod output_folder;
 mod place;
-mod scratch_file;
-mod tile_buckets;
-mod tile_id;
+mod records;
 mod unfinished;
 mod work_folder;
 
 pub use beside::folder_of;
-pub use budget_cache::{BudgetCache, NextUse, Weight};
 pub use checkpoint::{read_checked, write_checked};
-pub use content::{ContentHash, ContentMemo, FileState, NoHash};
 pub use disk_space::{DiskSpace, disk_space};
 pub use error::DiskError;
-pub use file_names::file_names;
 pub use folder_lock::is_own_folder;
-pub use input_file::open_input;
+pub use input::file_names;
+pub use input::open_input;
+pub use input::{ContentHash, ContentMemo, FileState, NoHash};
 pub use output_file::OutputFile;
 pub use output_folder::OutputFolder;
 pub use place::{is_stdout, place_of};
-pub use scratch_file::{PartRecords, ScratchFile};
-pub use tile_buckets::TileBuckets;
-pub use tile_id::TileId;
+pub use records::TileBuckets;
+pub use records::TileId;
+pub use records::{BudgetCache, NextUse, Weight};
+pub use records::{PartRecords, ScratchFile};
 pub use unfinished::{Unfinished, remove_unfinished};
 pub use work_folder::WorkFolder;

@@ -13,44 +13,30 @@
 //! [`plot`] draws points and lines as SVG, [`text`] writes numbers for people. Nothing here opens a file or starts a
 //! thread; the same input gives the same bytes.
 
-mod answer;
-mod closeup;
-mod cloud;
 mod colour;
-mod columns;
-mod drift;
-mod ground;
-mod histogram;
 mod image;
-mod laid;
-mod ordered_pair;
 mod page;
-mod painter;
+mod pictures;
 pub mod plot;
-mod profile;
-mod promise;
-mod seen;
-mod suite_words;
 pub mod text;
 mod truth;
-mod warnings;
-mod worst;
+mod words;
 
-pub use answer::answer;
-pub use closeup::DiscInWorld;
 pub use colour::{colour_of_residual, colour_of_size};
-pub use columns::{Ranking, RankingRow, ScoreColumn, legend, ranking};
-pub use drift::{
+pub use page::{PageInput, page, suite_page, truth_page};
+pub use pictures::DiscInWorld;
+pub use pictures::{FrameScore, SampledReturn, SeenFrame};
+pub use pictures::{Painter, Pictures};
+pub use pictures::{Pass, WorstPlace, worst_places};
+pub use truth::{TruthPlots, TruthPose, TruthRun, TruthStats, truth_picture};
+pub use words::answer;
+pub use words::laid_onto;
+pub use words::promise;
+pub use words::warnings;
+pub use words::{
     DRIFT_HEADS, drift_beside_scores, drift_compared, drift_in_words, drift_row, metres, metres_between,
     pairs_in_words,
 };
-pub use laid::laid_onto;
-pub use ordered_pair::{OrderedPair, every_pair, main_pairs};
-pub use page::{PageInput, page, suite_page, truth_page};
-pub use painter::{Painter, Pictures};
-pub use promise::promise;
-pub use seen::{FrameScore, SampledReturn, SeenFrame};
-pub use suite_words::{OrderedVersions, log_word, ordered_versions, p_value, suite_answer, suite_promise};
-pub use truth::{TruthPlots, TruthPose, TruthRun, TruthStats, truth_picture};
-pub use warnings::warnings;
-pub use worst::{Pass, WorstPlace, worst_places};
+pub use words::{OrderedPair, every_pair, main_pairs};
+pub use words::{OrderedVersions, log_word, ordered_versions, p_value, suite_answer, suite_promise};
+pub use words::{Ranking, RankingRow, ScoreColumn, legend, ranking};

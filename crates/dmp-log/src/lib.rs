@@ -52,94 +52,56 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod bag;
-mod bag_log;
-mod calib;
-mod cloud;
-mod columns;
-mod companions;
-mod damage;
-mod decimal;
-mod depth_folder;
 mod error;
-mod field_info;
-mod find;
-mod fingerprint;
-mod folder;
-mod frame_info;
-mod frames;
-mod g2o;
-mod kept;
-mod las_log;
-mod laz;
-mod log;
-mod log_index;
-mod mcap_file;
-mod memory_log;
-mod mesh;
-mod open;
-mod options;
-mod outline;
-mod part_log;
-mod pcd;
+mod file;
+mod geometry;
+mod logs;
+mod messages;
 mod points;
-mod pool;
-mod printable;
-mod reads;
-mod residuals;
-mod ros;
-mod scan_folder;
-mod scene;
-mod setting;
-mod stamp_jumps;
-mod summary;
-mod text;
-mod trajectory;
-mod unit;
-mod write_depth;
-mod write_folder;
-mod write_mcap;
+mod poses;
+mod scans;
+mod writers;
 
-pub use calib::{Calib, find_calib, parse_calib, read_calib};
-pub use cloud::{CloudFormat, CloudSummary, CloudWriter, OrientedPoint, read_cloud};
-pub use columns::write_times;
-pub use companions::{Companions, is_of_log};
-pub use damage::Damage;
 pub use error::{LogError, ParseError, PlaceInFile};
-pub use field_info::{FieldInfo, FieldMeaning};
-pub use frame_info::{FrameInfo, OutlinedScan};
-pub use frames::StaticFrames;
-pub use g2o::{
+pub use file::Damage;
+pub use file::write_times;
+pub use file::{is_printable, printable, shown_path};
+pub use geometry::LengthUnit;
+pub use geometry::{CloudFormat, CloudSummary, CloudWriter, OrientedPoint, read_cloud};
+pub use geometry::{MeshFormat, MeshSummary, is_mesh, read_mesh};
+pub use logs::MadeWith;
+pub use logs::{Companions, is_of_log};
+pub use logs::{FileRanges, LogIndex};
+pub use logs::{LogOutline, outline_log};
+pub use logs::{open_log, survey_log};
+pub use messages::McapCompression;
+pub use messages::StaticFrames;
+pub use points::{PointTime, StampAt, TimeUnit};
+pub use poses::{Calib, find_calib, parse_calib, read_calib};
+pub use poses::{
     Candidate, CandidateFault, KeyframeTimes, KeyframeTimesFault, LoopCandidates, LoopLabels, PoseGraphFile,
     SkippedCandidate, parse_keyframe_times, parse_keyframe_times_in, parse_loop_candidates,
     parse_loop_labels, parse_pose_graph, read_keyframe_times, read_keyframe_times_in, read_loop_candidates,
     read_loop_labels, read_pose_graph, write_keyframe_times, write_pose_edges, write_pose_graph,
 };
-pub use kept::{KeptPart, KeptReader, KeptWriter, RETURN_BYTES, is_kept};
-pub use las_log::MadeWith;
-pub use log::{LogSurvey, ScanLog, ScanReader, ScanStream};
-pub use log_index::{FileRanges, LogIndex};
-pub use mcap_file::McapCompression;
-pub use memory_log::{MemoryLog, MemoryLogFault};
-pub use mesh::{MeshFormat, MeshSummary, is_mesh, read_mesh};
-pub use open::{open_log, survey_log};
-pub use options::LogOptions;
-pub use outline::{LogOutline, outline_log};
-pub use points::{PointTime, StampAt, TimeUnit};
-pub use printable::{is_printable, printable, shown_path};
-pub use residuals::{ResidualFormat, ResidualHead, ResidualWriter, ScoredPoint, ScoredScan};
-pub use scene::{SceneCloud, SceneHead, ScenePlace, ScenePoint, SceneRun, SceneWriter};
-pub use setting::LogSetting;
-pub use stamp_jumps::{StampJump, stamp_jumps};
-pub use summary::{LogFormat, LogSummary, NO_CHECKSUMS, TopicInfo};
-pub use trajectory::{
+pub use poses::{
     GraphVertices, PoseTopic, RawTrajectory, TopicTrajectory, TrajectoryFile, TrajectoryFormat,
     TrajectoryParseError, is_bag, parse_euroc, parse_g2o, parse_kitti, parse_npy, parse_raw,
     parse_redwood_log, parse_tum, read_raw_trajectory, read_raw_trajectory_as, read_topic_trajectory,
     read_trajectory, read_trajectory_as, write_euroc, write_kitti, write_redwood_log, write_tum,
     write_tum_poses,
 };
-pub use unit::LengthUnit;
-pub use write_depth::{DepthFolderWriter, encode_depth_png};
-pub use write_folder::{FolderFormat, FolderScanWriter};
-pub use write_mcap::{McapScanWriter, McapWriterOptions};
+pub use scans::LogOptions;
+pub use scans::LogSetting;
+pub use scans::{FieldInfo, FieldMeaning};
+pub use scans::{FrameInfo, OutlinedScan};
+pub use scans::{LogFormat, LogSummary, NO_CHECKSUMS, TopicInfo};
+pub use scans::{LogSurvey, ScanLog, ScanReader, ScanStream};
+pub use scans::{MemoryLog, MemoryLogFault};
+pub use scans::{StampJump, stamp_jumps};
+pub use writers::{DepthFolderWriter, encode_depth_png};
+pub use writers::{FolderFormat, FolderScanWriter};
+pub use writers::{KeptPart, KeptReader, KeptWriter, RETURN_BYTES, is_kept};
+pub use writers::{McapScanWriter, McapWriterOptions};
+pub use writers::{ResidualFormat, ResidualHead, ResidualWriter, ScoredPoint, ScoredScan};
+pub use writers::{SceneCloud, SceneHead, ScenePlace, ScenePoint, SceneRun, SceneWriter};

@@ -9,12 +9,10 @@ use std::sync::Arc;
 use dmp_disk::{BudgetCache, TileId, Weight};
 
 use crate::MapError;
-use crate::code::SurfelCode;
-use crate::lattice::Voxel;
-use crate::mix_hasher::MixHasher;
+use crate::grid::{MixHasher, Voxel};
 use crate::store::{Durability, Origin, Store, StoreWriter, TileEntry};
+use crate::surfels::{SurfelCode, borders_of};
 use crate::tally::{Met, Tally};
-use crate::tile_surfels::borders_of;
 
 /// The voxels of a map that rays have shown to be free, looked up under a byte budget.
 ///

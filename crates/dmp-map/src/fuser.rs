@@ -7,17 +7,10 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use dmp_disk::{DiskError, PartRecords, ScratchFile, TileId};
 
 use crate::MapError;
-use crate::code::SurfelCode;
-use crate::lattice::Lattice;
-use crate::merged::Merged;
-use crate::moments::VoxelRecord;
-use crate::open_tiles::{OpenTiles, Sums};
-use crate::recent_voxels::RecentVoxels;
+use crate::grid::{Lattice, TileSpan, TileTable};
 use crate::store::{Durability, Origin, StoreSummary};
-use crate::tile_moments::{PartOfVoxel, TileMoments};
-use crate::tile_span::TileSpan;
-use crate::tile_surfels::{TileSurfels, surfels_of};
-use crate::tile_table::TileTable;
+use crate::surfels::{SurfelCode, TileSurfels, surfels_of};
+use crate::voxels::{Merged, OpenTiles, PartOfVoxel, RecentVoxels, Sums, TileMoments, VoxelRecord};
 use crate::write_map::{SummedTiles, write_map};
 
 /// Parts of voxels added to a tile at a time, while still in cache.

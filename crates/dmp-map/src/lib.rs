@@ -26,55 +26,38 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod code;
 mod error;
 mod free_voxels;
 mod fuser;
-mod integers;
-mod lattice;
-mod loose_surfels;
-mod merged;
-mod mix_hasher;
-mod moments;
-mod narrow_moments;
-mod normal;
-mod open_tiles;
+mod grid;
 mod patch;
-mod recent_voxels;
 mod store;
 mod sums;
-mod support;
-mod surfel;
+mod surfels;
 mod tally;
-mod tile;
-mod tile_moments;
-mod tile_source;
-mod tile_span;
-mod tile_surfels;
-mod tile_table;
 mod triangle_sampler;
-mod window;
+mod voxels;
 mod write_map;
 
 pub use dmp_disk::TileId;
 pub use error::MapError;
 pub use free_voxels::{FreeVoxels, MarkBuffers};
 pub use fuser::{FuseBuffers, MapFuser, SCRATCH_VOXEL_BYTES};
-pub use lattice::Lattice;
+pub use grid::Lattice;
+pub use grid::TileSpan;
+pub use grid::TileTable;
 #[doc(hidden)]
-pub use lattice::UNITS_PER_M;
-#[doc(hidden)]
-pub use loose_surfels::{LooseSurfels, WorldSurfel};
-pub use normal::smallest_eigenvector;
+pub use grid::UNITS_PER_M;
 pub use patch::{PatchBuilder, PatchWriter, Patches, PlacedPatches, Placement, PointsOfVoxel};
 pub use store::{Blob, Durability, Origin, OwnDisc, Store, StoreSummary, TileEntry, VERSION, join_stores};
 pub use sums::{SumsBlock, SumsFile, SumsList, merge_sums};
-pub use support::{Independence, Support};
-pub use surfel::Surfel;
+pub use surfels::Surfel;
+pub use surfels::TileSource;
+pub use surfels::smallest_eigenvector;
+#[doc(hidden)]
+pub use surfels::{LooseSurfels, WorldSurfel};
+pub use surfels::{Tile, TileExtent};
 pub use tally::{Crossing, Met, Tally};
-pub use tile::{Tile, TileExtent};
-pub use tile_moments::{BRICK_EDGE, fused_bytes};
-pub use tile_source::TileSource;
-pub use tile_span::TileSpan;
-pub use tile_table::TileTable;
 pub use triangle_sampler::TriangleSampler;
+pub use voxels::{BRICK_EDGE, fused_bytes};
+pub use voxels::{Independence, Support};

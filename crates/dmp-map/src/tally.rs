@@ -5,7 +5,7 @@ use std::path::Path;
 use dmp_disk::{ScratchFile, TileId};
 
 use crate::MapError;
-use crate::open_tiles::{OpenTiles, Sums};
+use crate::voxels::{OpenTiles, Sums};
 
 /// How rays meet one surfel. Counts saturate at 2³² − 1, whatever the order.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]

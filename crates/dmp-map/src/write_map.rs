@@ -8,10 +8,9 @@ use dmp_disk::TileId;
 use rayon::prelude::*;
 
 use crate::MapError;
-use crate::lattice::Lattice;
+use crate::grid::{Lattice, TileSpan};
 use crate::store::{Durability, Origin, StoreSummary, StoreWriter};
-use crate::tile_span::TileSpan;
-use crate::tile_surfels::{Border, TileSurfels, borders_of};
+use crate::surfels::{Border, TileSurfels, borders_of};
 
 /// The sums of all tiles of a map.
 pub(crate) trait SummedTiles: Sync {

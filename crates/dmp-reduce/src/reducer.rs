@@ -1,18 +1,9 @@
 //! The frames of a log, in any order, into sums whose size does not depend on their number.
 
-use crate::basis::Basis;
 use crate::error::ReduceError;
-use crate::fixed::FixedSum;
-use crate::frame::FrameSums;
-use crate::frame_set::FrameSet;
-use crate::narrow_pairs::pairs_of;
-use crate::pair::PairTotals;
-use crate::price::MissPrice;
-use crate::ratio::{Frames, Ratio};
-use crate::run::RunSums;
-use crate::scales::{CV, NEAR, Scales, WIDEST};
-use crate::surface::GROUPS;
-use crate::units::Total;
+use crate::numbers::{FixedSum, Total};
+use crate::residual::{Basis, CV, GROUPS, MissPrice, NEAR, Scales, WIDEST};
+use crate::sums::{FrameSet, FrameSums, Frames, PairTotals, Ratio, RunSums, pairs_of};
 
 /// Most returns of one frame, and of all frames, for which no sum can overflow.
 const FRAME_RETURNS: u64 = 1 << 32;

@@ -33,27 +33,21 @@
 //! ```
 
 mod city;
-mod drive;
 mod error;
 mod errors;
 mod lidar;
 mod lidar_options;
 mod loops;
-mod motion;
 mod parts;
-mod path;
-mod profile;
 mod random;
 mod room;
 mod route;
-mod route_path;
 mod simulation;
-mod sway;
 mod town;
+mod ways;
 
 pub use city::{CityOptions, CityRecording};
 pub use dmp_lengths::Scales;
-pub use drive::{Drive, DriveOptions};
 pub use error::SimError;
 pub use errors::{Noise, SlamErrors, ate_rmse_m, close_loop};
 pub use lidar::Lidar;
@@ -67,3 +61,4 @@ pub use room::{
 pub use route::Route;
 pub use simulation::{Recording, RecordingOptions};
 pub use town::{Scenery, Town, TownOptions};
+pub use ways::{Drive, DriveOptions};

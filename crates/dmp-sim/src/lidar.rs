@@ -4,12 +4,12 @@ use std::f64::consts::{PI, TAU};
 
 use dmp_sensor::{Isometry3, Scan, Vector3};
 
-use crate::drive::Drive;
 use crate::error::SimError;
 use crate::lidar_options::{LidarOptions, Sweep};
 use crate::parts::solid::Hit;
 use crate::random::Random;
 use crate::town::Town;
+use crate::ways::Drive;
 
 /// The range at which a LiDAR sees "at most" is given for a surface that is this bright, seen straight on.
 const NOMINAL_REFLECTIVITY: f64 = 0.8;
@@ -146,9 +146,9 @@ fn round_to(value: f64, step: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::drive::DriveOptions;
     use crate::lidar_options::NoReturn;
     use crate::town::TownOptions;
+    use crate::ways::DriveOptions;
 
     fn scene(options: LidarOptions) -> Scan {
         let town = Town::new(TownOptions::default()).unwrap();

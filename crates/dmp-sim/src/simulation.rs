@@ -5,13 +5,12 @@ use std::collections::HashMap;
 use dmp_sensor::{Scan, Trajectory};
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
-use crate::drive::{Drive, DriveOptions};
 use crate::error::{SimError, require};
 use crate::lidar::{BATCH, Lidar};
 use crate::lidar_options::LidarOptions;
-use crate::motion::require_speed;
 use crate::route::Route;
 use crate::town::{Scenery, Town, TownOptions};
+use crate::ways::{Drive, DriveOptions, require_speed};
 
 /// A place is revisited when it was passed within this distance, metres …
 const REVISIT_M: f64 = 5.0;

@@ -5,9 +5,8 @@ mod route;
 use dmp_map::Independence;
 
 use crate::lanes::fetch;
-use crate::packet::PacketAnswers;
-use crate::packet_rays::{PacketRays, RAYS};
 use crate::query::{Answer, CastSettings, Query, Wanted};
+use crate::within::{PacketAnswers, PacketRays, RAYS};
 
 /// Rays start this far before their tile, metres: so rounding at a border opens no gap. Discs over the border are in
 /// both tiles, and a crossing found from both sides is one crossing.

@@ -3,7 +3,7 @@
 use dmp_map::{Independence, TileExtent, TileId};
 
 use super::{BORDER_SLACK_M, Rays};
-use crate::packet_rays::RAYS;
+use crate::within::RAYS;
 
 impl Rays {
     /// The current tile of a ray.

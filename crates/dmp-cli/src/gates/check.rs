@@ -7,7 +7,7 @@ use dmp_draw::text::plain_digits;
 use serde::Serialize;
 
 use super::expect::{Bound, Expect, Limit, What};
-use crate::exit::Usage;
+use crate::console::Usage;
 
 /// The result of a gate for one run, or for one pair. Part of the command's JSON.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]

@@ -12,11 +12,8 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use dmp::Report;
 
-use crate::exit::Exit;
-use crate::host::Hosted;
-use crate::save::save_text;
-use crate::say::say;
-use crate::terminal::{Terminal, Tone};
+use crate::console::{Exit, Hosted, Terminal, Tone, say};
+use crate::files::save_text;
 pub(crate) use check::GateReport;
 use expect::Expect;
 pub(crate) use over_logs::{SuiteGateArgs, SuiteGates};

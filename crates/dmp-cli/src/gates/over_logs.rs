@@ -9,8 +9,7 @@ use toml::{Table, Value};
 use super::check::{GateReport, check_name};
 use super::expect::{Bound, sides};
 use super::junit;
-use crate::exit::{Exit, Usage};
-use crate::host::Hosted;
+use crate::console::{Exit, Hosted, Usage};
 
 // No doc comment: it would become the description of the command.
 #[derive(Debug, Args)]

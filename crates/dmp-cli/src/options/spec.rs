@@ -10,9 +10,7 @@ use dmp::Config;
 
 use super::option::{Entry, Opt};
 use super::{output, scoring};
-use crate::common::Common;
-use crate::exit::{Exit, Usage};
-use crate::say::Printed;
+use crate::console::{Common, Exit, Printed, Usage};
 
 /// How often an evaluation keeps what was done, where `--resume` does not say.
 const KEEP_EVERY: Duration = Duration::from_secs(30);
@@ -254,11 +252,12 @@ mod tests {
 
     #[test]
     fn short_help_shows_what_most_people_need() {
-        let options = || crate::score::SPEC.entries().map(Entry::facts).filter(|facts| !facts.is_argument);
+        let options =
+            || crate::commands::score::SPEC.entries().map(Entry::facts).filter(|facts| !facts.is_argument);
         // Those for gates, and --quiet and --help.
         assert!(options().count() + 2 + 2 <= 45);
         assert!(options().filter(|facts| facts.is_short_help).count() <= 10);
-        let short = crate::score::SPEC.clap().render_help().to_string();
+        let short = crate::commands::score::SPEC.clap().render_help().to_string();
         assert!(short.contains("--report") && !short.contains("--voxel"), "{short}");
         assert!(short.contains("`dmp score --help` shows all options"), "{short}");
         assert!(short.starts_with("Score runs on a log, and rank them"), "{short}");

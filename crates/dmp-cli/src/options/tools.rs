@@ -10,7 +10,7 @@ use dmp_suite::Failures;
 use super::Group::{Cache, Input, Output, PlaceAndTime, Plain, Resources, Verdicts};
 use super::values::{self, from_one, parsed};
 use super::{Entry, Opt, Role, input, output};
-use crate::log_writer::{Compression, OutputFormat};
+use crate::files::{Compression, OutputFormat};
 use crate::named::NamedFile;
 
 pub(crate) static MAP: Opt<PathBuf> = Opt { help: "The map", ..Opt::argument("map", "MAP") };

@@ -5,7 +5,7 @@ use dmp_report::Report;
 use crate::plot::escape;
 
 /// The script. Without it the page says the same.
-pub(super) const SCRIPT: &str = include_str!("explore.js");
+pub(super) const SCRIPT: &str = include_str!("assets/explore.js");
 /// The only script that the page may run, by its SHA-256: `openssl dgst -sha256 -binary explore.js | base64`.
 pub(super) const SCRIPT_HASH: &str = "sha256-eVCig0eMS1622PszYeDMYVhFpj2vkZ+C5QVTiv5KK04=";
 

@@ -3,7 +3,7 @@
 use crate::plot::escape;
 use crate::text::NONE;
 
-const STYLE: &str = include_str!("style.css");
+const STYLE: &str = include_str!("assets/style.css");
 
 /// A whole page: one file that needs nothing else, light or dark as its reader likes. Its parts are elements, but for the title.
 pub(super) struct Document<'a> {

@@ -1,32 +1,26 @@
 //! The report as one HTML page.
 
-mod cloud;
-mod drift;
 mod explore;
 mod html;
 mod inputs;
-mod maps;
-mod overlay;
-mod places;
+mod on_map;
 mod ranking;
 mod reference;
 mod suite;
 #[cfg(test)]
 mod tests;
-mod trajectories;
 mod truth;
 mod words;
 
 use dmp_reduce::Basis;
 use dmp_report::Report;
 
-use crate::painter::Pictures;
+use crate::pictures::{Pictures, histogram, metre_decimals, profile};
 use crate::plot::escape;
-use crate::seen::metre_decimals;
 use crate::text::count;
-use crate::{histogram, profile};
 use explore::SCRIPT;
 use html::{Document, figure, keys, list, paragraph, section, wide};
+use on_map::{cloud, drift, maps, places, trajectories};
 pub use suite::suite_page;
 pub use truth::truth_page;
 
@@ -117,16 +111,16 @@ fn verdict(input: &PageInput<'_>) -> String {
     let remarks = input.remarks.iter().map(|remark| escape(remark));
     let list = list("<ul class=\"said\">", said.into_iter().chain(remarks));
     let lengths = words::lengths(input.report).map(paragraph).unwrap_or_default();
-    let promise = crate::promise(input.report).as_deref().map(paragraph).unwrap_or_default();
+    let promise = crate::words::promise(input.report).as_deref().map(paragraph).unwrap_or_default();
     let body = format!(
         "<p class=\"answer\">{}</p>\n{list}{lengths}{promise}",
-        crate::answer(input.report, words::strong)
+        crate::words::answer(input.report, words::strong)
     );
     section("verdict", "Verdict", &body)
 }
 
 fn warnings(report: &Report) -> String {
-    let list = list("<ul>", crate::warnings(report).iter().map(|warning| escape(warning)));
+    let list = list("<ul>", crate::words::warnings(report).iter().map(|warning| escape(warning)));
     section("warnings", "Warnings", &list).replacen("<section", "<section class=\"warnings\"", 1)
 }
 

@@ -3,9 +3,9 @@
 use dmp_report::Report;
 
 use super::html::{cell, head, table, terms};
-use crate::columns::{Ranking, RankingRow, legend, more_is_better};
 use crate::plot::escape;
 use crate::text::{NONE, confidence, digits};
+use crate::words::{Ranking, RankingRow, legend, more_is_better};
 
 /// Width of the bars that show a score with its interval, pixels.
 const BAR_PX: f64 = 160.0;

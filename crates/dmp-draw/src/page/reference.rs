@@ -3,12 +3,10 @@
 use dmp_report::Report;
 
 use super::html::{cell, head, list, paragraph, table};
-use super::places::times;
-use crate::painter::Pictures;
+use crate::page::on_map::times;
+use crate::pictures::{Pictures, contests, judged_by_m, metre_decimals};
 use crate::plot::escape;
-use crate::seen::{judged_by_m, metre_decimals};
 use crate::text::NONE;
-use crate::worst::contests;
 
 /// How the other runs compare with the run of this name, and where they are better.
 pub(super) fn reference(report: &Report, pictures: &Pictures, name: &str) -> String {

@@ -5,8 +5,8 @@ use dmp_suite::{Outcome, SuitePairReport, SuiteReport};
 
 use super::html::{Document, cell, head, list, paragraph, section, table};
 use crate::plot::escape;
-use crate::suite_words::{OrderedVersions, log_word, ordered_versions, p_value, suite_answer, suite_promise};
 use crate::text::{NONE, count, counted};
+use crate::words::{OrderedVersions, log_word, ordered_versions, p_value, suite_answer, suite_promise};
 
 /// The page: one file that needs nothing else, light or dark as its reader likes, without scripts. `remarks` are sentences to
 /// stand behind the verdicts, as of gates that failed.

@@ -4,8 +4,7 @@ use dmp_reduce::{Basis, Residuals, RunSums, Scales};
 use dmp_report::Verdict;
 
 use super::*;
-use crate::painter::Painter;
-use crate::seen::{FrameScore, SampledReturn, SeenFrame};
+use crate::pictures::{FrameScore, Painter, SampledReturn, SeenFrame};
 
 /// The scores of the sample data: truth, drift, noise and a collapsed run.
 fn sample() -> Report {

@@ -3,10 +3,9 @@
 use dmp_reduce::{Reach, Scales};
 use dmp_report::{Report, Verdict};
 
-use crate::drift::{metres, metres_between};
-use crate::ordered_pair::{OrderedPair, main_pairs};
 use crate::plot::escape;
 use crate::text::count;
+use crate::words::{OrderedPair, main_pairs, metres, metres_between};
 
 /// A name that stands out.
 pub(super) fn strong(name: &str) -> String {

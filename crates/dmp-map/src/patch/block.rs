@@ -1,6 +1,6 @@
 //! The stored form of a patch: voxels, and the blocks that contain them.
 
-use crate::lattice::{Lattice, UNITS_PER_M};
+use crate::grid::{Lattice, UNITS_PER_M};
 
 /// The sums of one voxel of a finished patch.
 ///

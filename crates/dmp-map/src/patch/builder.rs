@@ -3,8 +3,8 @@
 use super::block::{Block, PatchVoxel, block_voxels, covariance_step_units2};
 use super::voxel_sums::VoxelSums;
 use crate::MapError;
-use crate::lattice::{Lattice, UNITS_PER_M};
-use crate::recent_voxels::RecentVoxels;
+use crate::grid::{Lattice, UNITS_PER_M};
+use crate::voxels::RecentVoxels;
 
 /// Largest distance of points from the patch's origin, metres: far beyond any sensor.
 const REACH_M: f64 = 20_000.0;

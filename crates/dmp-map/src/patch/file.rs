@@ -9,7 +9,7 @@ use super::block::{Block, PatchVoxel, block_edge_m};
 use super::builder::{Patch, PatchBuilder};
 use super::gathered::Gathered;
 use crate::MapError;
-use crate::lattice::Lattice;
+use crate::grid::Lattice;
 
 /// Writes patches in any order, from any thread, to an unlinked file.
 #[derive(Debug)]

@@ -8,11 +8,9 @@ use dmp_disk::TileId;
 use super::block::{Block, PatchVoxel, block_edge_m, covariance_step_units2};
 use super::placement::Placement;
 use crate::MapError;
-use crate::integers::rounded;
-use crate::lattice::{InVoxel, Lattice, UNITS_PER_M, Voxel};
-use crate::mix_hasher::MixHasher;
-use crate::moments::{Moments, VoxelRecord};
-use crate::tile_surfels::{TileSurfels, surfels_of_cells};
+use crate::grid::{InVoxel, Lattice, MixHasher, UNITS_PER_M, Voxel, rounded};
+use crate::surfels::{TileSurfels, surfels_of_cells};
+use crate::voxels::{Moments, VoxelRecord};
 
 /// Voxels around a tile that are merged with it: one cell, for discs from there that reach into it.
 pub(super) const MARGIN_VOXELS: i32 = 2;

@@ -10,10 +10,8 @@ use super::file::Patches;
 use super::gathered::{Around, Gathered, MARGIN_VOXELS};
 use super::placement::Placement;
 use crate::MapError;
-use crate::mix_hasher::MixHasher;
-use crate::surfel::Surfel;
-use crate::tile::{Tile, TileExtent};
-use crate::tile_source::TileSource;
+use crate::grid::MixHasher;
+use crate::surfels::{Surfel, Tile, TileExtent, TileSource};
 
 /// Most voxels of patches read before they are merged: 20 MB.
 const MOST_READ: usize = 1 << 20;

@@ -2,7 +2,7 @@
 
 use super::block::{block_edge_m, covariance_step_units2};
 use super::*;
-use crate::lattice::{Lattice, UNITS_PER_M};
+use crate::grid::{Lattice, UNITS_PER_M};
 use crate::{Durability, FuseBuffers, MapFuser, Origin, Store, Surfel, TileId, TileSource};
 use proptest::prelude::*;
 

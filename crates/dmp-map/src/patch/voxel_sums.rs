@@ -3,9 +3,8 @@
 use std::collections::HashMap;
 use std::hash::BuildHasherDefault;
 
-use crate::mix_hasher::MixHasher;
-use crate::moments::Moments;
-use crate::narrow_moments::{NarrowMoments, PackedSums};
+use crate::grid::MixHasher;
+use crate::voxels::{Moments, NarrowMoments, PackedSums};
 
 /// Sums by voxel, in the order of first use.
 #[derive(Debug, Default)]

@@ -6,8 +6,8 @@
 
 use std::io::Write;
 
-use crate::code::{NormalCode, SLOPE_STEPS, SurfelCode};
-use crate::lattice::{DEPTH_STEPS, Lattice};
+use crate::grid::{DEPTH_STEPS, Lattice};
+use crate::surfels::{NormalCode, SLOPE_STEPS, SurfelCode};
 
 /// Bytes of the columns of cells: steps of z, y and x, the voxels with a surfel, the two words of the normal.
 const CELL_COLUMNS: [usize; 6] = [4, 2, 2, 1, 3, 3];

@@ -6,7 +6,7 @@ use super::layout::Origin;
 use super::read::Store;
 use super::write::{Durability, StoreSummary, StoreWriter};
 use crate::MapError;
-use crate::lattice::Lattice;
+use crate::grid::Lattice;
 
 /// Writes the tiles of `stores`, which must be disjoint, to one store at `path`. Tiles are copied unchanged.
 ///

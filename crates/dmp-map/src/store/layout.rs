@@ -3,9 +3,8 @@
 use dmp_disk::TileId;
 
 use super::columns::{CELL_BYTES, SURFEL_BYTES};
-use crate::lattice::{Lattice, UNITS_PER_M};
-use crate::surfel::Surfel;
-use crate::tile::TileExtent;
+use crate::grid::{Lattice, UNITS_PER_M};
+use crate::surfels::{Surfel, TileExtent};
 use dmp_sensor::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 
 /// Version of the store format this program writes and reads.

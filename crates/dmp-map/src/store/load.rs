@@ -7,10 +7,7 @@ use super::columns::{Whose, unpack};
 use super::layout::{Blob, TileEntry};
 use super::read::Store;
 use crate::MapError;
-use crate::code::{Decoder, SurfelCode};
-use crate::tile::{Tile, TileExtent};
-use crate::tile_source::TileSource;
-use crate::tile_surfels::TileSurfels;
+use crate::surfels::{Decoder, SurfelCode, Tile, TileExtent, TileSource, TileSurfels};
 
 /// A disc of a map in its maker's frame.
 #[derive(Debug, Clone, Copy, PartialEq)]

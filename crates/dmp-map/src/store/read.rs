@@ -12,8 +12,7 @@ use super::layout::{
     MAX_DIRECTORY_BYTES, Origin, TileEntry, VERSION,
 };
 use crate::MapError;
-use crate::lattice::Lattice;
-use crate::mix_hasher::MixHasher;
+use crate::grid::{Lattice, MixHasher};
 use dmp_disk::{TileId, open_input};
 use dmp_sensor::{Isometry3, Point3};
 

@@ -14,8 +14,8 @@ use super::layout::{
 };
 use super::read::Store;
 use crate::MapError;
-use crate::lattice::Lattice;
-use crate::tile_surfels::TileSurfels;
+use crate::grid::Lattice;
+use crate::surfels::TileSurfels;
 
 /// Whether a store must survive a power cut.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

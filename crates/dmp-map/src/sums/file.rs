@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::packed::{BLOCK, RECORD_BYTES, pack, unpack};
 use crate::MapError;
 use crate::fuser::MapFuser;
-use crate::moments::VoxelRecord;
+use crate::voxels::VoxelRecord;
 use crate::write_map::SummedTiles as _;
 
 /// Some voxels of a tile in a file: row and column of the tile, offset, length in bytes, number of voxels, and CRC-32

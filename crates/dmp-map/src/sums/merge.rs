@@ -7,12 +7,10 @@ use dmp_disk::TileId;
 
 use super::file::SumsFile;
 use crate::MapError;
-use crate::code::SurfelCode;
-use crate::lattice::Lattice;
-use crate::merged::Merged;
+use crate::grid::{Lattice, TileSpan};
 use crate::store::{Durability, Origin, StoreSummary};
-use crate::tile_span::TileSpan;
-use crate::tile_surfels::{TileSurfels, surfels_of};
+use crate::surfels::{SurfelCode, TileSurfels, surfels_of};
+use crate::voxels::Merged;
 use crate::write_map::{SummedTiles, write_map};
 
 /// Merges the sums of `files` per voxel, computes surfels and writes the tiles of `span` to a store at `path`, equal to

@@ -2,7 +2,7 @@
 
 use bytemuck::Zeroable as _;
 
-use crate::moments::VoxelRecord;
+use crate::voxels::VoxelRecord;
 
 /// Most records of a block: one block of each merged file is in memory.
 pub(super) const BLOCK: usize = 4096;

@@ -7,8 +7,6 @@ mod beams;
 mod block;
 mod blocks;
 mod column;
-mod course;
-mod drive;
 mod firing;
 mod form;
 mod noise;
@@ -17,7 +15,7 @@ mod profile;
 mod recording;
 mod scanner;
 mod terrain;
-mod tour;
 mod view;
+mod way;
 
 pub use recording::{CityOptions, CityRecording};

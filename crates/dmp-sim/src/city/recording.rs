@@ -4,13 +4,13 @@ use dmp_sensor::{Isometry3, Scan};
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
 use crate::city::blocks::Blocks;
-use crate::city::drive::CityDrive;
 use crate::city::plan::Plan;
 use crate::city::scanner::Scanner;
+use crate::city::way::CityDrive;
 use crate::error::{SimError, require};
 use crate::lidar::{BATCH, Lidar};
 use crate::lidar_options::LidarOptions;
-use crate::motion::{START_NS, pose_stamps_ns, require_speed};
+use crate::ways::{START_NS, pose_stamps_ns, require_speed};
 
 /// A recording of a drive through a city without end.
 #[derive(Debug, Clone, PartialEq)]

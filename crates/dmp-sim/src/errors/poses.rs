@@ -3,7 +3,7 @@
 use dmp_sensor::{Isometry3, Trajectory};
 
 use crate::error::SimError;
-use crate::path;
+use crate::ways::path;
 
 pub(super) type Poses = Vec<Isometry3<f64>>;
 

@@ -7,7 +7,7 @@ use dmp_sensor::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use super::furnished::Room;
 use crate::error::{SimError, require};
 use crate::random::Random;
-use crate::sway::Sway;
+use crate::ways::Sway;
 
 /// Directions from the middle of the walk in which the room's width is known.
 const DIRECTIONS: usize = 360;

@@ -1,0 +1,348 @@
+//! The report for a person.
+
+use std::io::{self, Write};
+
+use dmp::{DriftReport, Report, RunReport};
+use dmp_draw::text::{self, counted, percent, shortened};
+use dmp_draw::{answer, drift_beside_scores, drift_in_words, legend, pairs_in_words, promise};
+
+use super::ranked::Ranked;
+use super::{details, pairs, sampling};
+use crate::console::{Terminal, Tone};
+
+/// Columns of a name in the answer.
+const NAME: usize = 40;
+
+/// Writes the report: the answer, the runs, drift, warnings, what went in.
+pub(crate) fn report(
+    out: &mut impl Write,
+    report: &Report,
+    verbose: bool,
+    terminal: Terminal,
+) -> io::Result<()> {
+    terminal.tell_in(out, Tone::Strong, &answer(report, |name| shortened(name, NAME)))?;
+    writeln!(out)?;
+    runs(out, report, verbose, terminal)?;
+    if let Some(drift) = &report.drift {
+        writeln!(out)?;
+        drift_of_runs(out, report, drift, verbose, terminal)?;
+    }
+    if verbose {
+        details::all(out, report, terminal)?;
+    }
+    let warnings = dmp_draw::warnings(report);
+    if !warnings.is_empty() {
+        writeln!(out, "\n{}", terminal.painted(Tone::Open, "Warnings"))?;
+        warnings.iter().try_for_each(|warning| terminal.tell(out, "  ", warning))?;
+    }
+    writeln!(out)?;
+    what_went_in(report).iter().try_for_each(|line| terminal.tell(out, "", line))?;
+    terminal.tell(out, "", "Scores compare runs of this log under these settings only.")?;
+    promise(report).map_or(Ok(()), |promise| terminal.tell(out, "", &promise))
+}
+
+/// The table of the runs, what its columns mean, and what is not shown.
+fn runs(out: &mut impl Write, report: &Report, verbose: bool, terminal: Terminal) -> io::Result<()> {
+    let table = Ranked::new(report, terminal);
+    table.write(out, verbose)?;
+    writeln!(out)?;
+    let legend = legend(report, &table.names(verbose));
+    let width = legend.iter().fold(8, |width, (term, _)| width.max(term.len()));
+    for (term, meaning) in legend {
+        terminal.tell(out, &format!("{term:<width$}  "), &meaning)?;
+    }
+    if verbose {
+        return Ok(());
+    }
+    let mut remarks = Vec::new();
+    pairs::remarks(&mut remarks, report, terminal)?;
+    let mut more = table.hidden();
+    let others = pairs::others(report) as u64;
+    if others > 0 {
+        more.insert(0, counted(others, "more pair"));
+    }
+    if !more.is_empty() {
+        terminal.tell(&mut remarks, "", &format!("{}: -v or --json", more.join(", ")))?;
+    }
+    if !remarks.is_empty() {
+        writeln!(out)?;
+    }
+    out.write_all(&remarks)
+}
+
+/// The drift of the runs at revisits, in metres.
+fn drift_of_runs(
+    out: &mut impl Write,
+    report: &Report,
+    drift: &DriftReport,
+    verbose: bool,
+    terminal: Terminal,
+) -> io::Result<()> {
+    terminal.tell(out, "", &drift_in_words(drift, report.config.scales))?;
+    if !drift.is_measured() {
+        return Ok(());
+    }
+    terminal.tell(out, "", &pairs_in_words(drift))?;
+    if verbose {
+        crate::commands::drift::render::runs(drift).write_within(out, terminal.width)?;
+    }
+    drift_beside_scores(report).iter().try_for_each(|line| terminal.tell(out, "", line))
+}
+
+/// What was scored, and how: a line each.
+fn what_went_in(report: &Report) -> Vec<String> {
+    let mut lines = vec![settings(report)];
+    lines.extend(report.inputs.without_checksums().map(|note| format!("log: {note}")));
+    lines.extend(sampling::in_words(&report.sampling));
+    lines.extend(trails(report));
+    for run in &report.inputs.runs {
+        lines.extend(run.map_notes.iter().map(|note| format!("map of {}: {note}", run.name)));
+    }
+    lines
+}
+
+fn settings(report: &Report) -> String {
+    let (inputs, config) = (&report.inputs, &report.config);
+    let of = |used: u64, all: u64, what: &str| {
+        if used == all {
+            counted(all, what)
+        } else {
+            format!("{} of {}", text::count(used), counted(all, what))
+        }
+    };
+    let segments = text::segments_in_words(inputs.runs.iter().map(|run| &run.segments));
+    let returns = match report.sampling.places {
+        Some(_) => format!("{} scored", counted(inputs.returns_used, "return")),
+        None => of(inputs.returns_used, inputs.returns, "return"),
+    };
+    format!(
+        "{}, {returns}; voxel {} m, {segments}, ranges {} to {} m",
+        of(inputs.scans_used as u64, inputs.scans as u64, "scan"),
+        // The edge is a multiple of 2^-13 m: shown in millimetres, as it was asked for.
+        (1e3 * config.voxel_m).round() / 1e3,
+        config.min_range_m,
+        config.max_range_m
+    )
+}
+
+/// What was excluded from the maps.
+fn trails(report: &Report) -> Option<String> {
+    let of_run = |run: &RunReport| {
+        let left_out = run.map.returns_left_out?;
+        Some(format!("{} {} %", run.name, percent(left_out as f64 / run.returns.max(1) as f64)))
+    };
+    let of_runs: Vec<String> = report.runs.iter().filter_map(of_run).collect();
+    (!of_runs.is_empty()).then(|| format!("returns excluded from the map as trails: {}", of_runs.join(", ")))
+}
+
+#[cfg(test)]
+mod tests {
+    use dmp::Verdict;
+    use dmp_draw::text::width_of;
+
+    use super::*;
+    use crate::example_reports;
+
+    fn text_at(given: &Report, verbose: bool, terminal: Terminal) -> String {
+        let mut text = Vec::new();
+        report(&mut text, given, verbose, terminal).unwrap();
+        String::from_utf8(text).unwrap()
+    }
+
+    fn text_of(given: &Report, verbose: bool) -> String {
+        text_at(given, verbose, Terminal::default())
+    }
+
+    fn terminal(width: usize) -> Terminal {
+        Terminal { width, ..Terminal::default() }
+    }
+
+    #[test]
+    fn three_runs_look_like_this() {
+        let expected = "\
+No run is clearly the best of 3. truth stands first: better than drift;
+undecided against größe.
+
+   run    verdict                   R_cv   R_cv   R_cv  coverage  revisit
+                                    10 m    2 m  0.5 m
+                                       m      m     cm         %        %
+1  truth  first                     1.50  0.400   10.0      81.2     34.5
+=  größe  undecided                 1.57  0.420   10.5      81.2     34.5
+3  drift  worse by 12.0 cm at 10 m     –      –      –      43.1     34.5
+
+verdict   how much larger the RMS residual is than that of the first run, over
+          the returns that both maps predict, at the largest truncation at which
+          that is certain
+R_cv      RMS range residual to the first surface on the ray that other parts of
+          the drive measured; less is better. Residuals are truncated at the
+          length in the head: 10 m shows whether the map fits together, 0.5 m
+          how sharp it is. A ray without such a surface counts 3.9 m at 10 m;
+          smaller truncations exclude it.
+coverage  share of returns whose ray meets a surface that other parts of the
+          drive measured
+revisit   share of returns whose ray meets a surface that another visit measured
+=         the rank above: no run of that rank is decided to be better
+
+truth against größe: undecided: no scale shows a difference outside its interval
+1 more pair, interval, R_near 0.5 m, DMP, miss, blocked: -v or --json
+
+Warnings
+  3 of 600 scans have no pose in `drift`
+  drift: R_cv is not given: coverage is 0.431, below 0.5; pairs are still
+  compared on common returns
+
+597 of 600 scans, 1,200,000 of 1,234,567 returns; voxel 0.2 m, 29 segments of
+12 m, ranges 1.5 to 100 m
+Scores compare runs of this log under these settings only.
+Family-wise error rate 1 %, over all pairs and 4 scales; each interval is at
+99.75 %.
+";
+        assert_eq!(text_of(&example_reports::three_runs(), false), expected);
+    }
+
+    #[test]
+    fn a_run_alone_has_no_pairs() {
+        let text = text_of(&example_reports::one_run(), false);
+        assert!(text.starts_with("truth was scored alone. "), "{text}");
+        assert!(
+            text.contains("\n1  truth  1.50  0.400   10.0      81.2     34.5    2.00  3.46   2.1     12.3\n"),
+            "{text}"
+        );
+        assert!(!text.contains("verdict") && !text.contains("pair"), "{text}");
+    }
+
+    #[test]
+    fn two_runs_are_compared_in_a_sentence() {
+        let mut report = example_reports::many_runs(2);
+        let mut said = |verdict: Verdict| {
+            report.pairs[0].verdict = verdict;
+            text_of(&report, false).lines().next().unwrap().to_owned()
+        };
+        let (run, decided_at_m, is_same) = ("run 1".to_owned(), 10.0, false);
+        assert_eq!(
+            said(Verdict::Mixed { run, decided_at_m, is_same }),
+            "run 1 is better than run 0 on the whole, but worse at some places."
+        );
+        assert_eq!(said(Verdict::Same), "run 0 and run 1 are the same, for practical purposes.");
+        assert_eq!(said(Verdict::Undecided), "Nothing is decided between run 0 and run 1.");
+    }
+
+    #[test]
+    fn what_is_not_shown_of_many_runs_is_counted() {
+        let report = example_reports::many_runs(12);
+        let text = text_of(&report, false);
+        assert!(text.starts_with("run 0 is best: better than all 11 others.\n"), "{text}");
+        let more = "\n55 more pairs, interval, R_near 0.5 m, DMP, miss, blocked: -v or --json\n";
+        assert!(text.contains(more), "{text}");
+        let verbose = text_of(&report, true);
+        assert_eq!(verbose.lines().filter(|line| line.contains(" against run ")).count(), 66);
+        assert!(verbose.contains(" R_near ") && !verbose.contains("-v or --json"), "{verbose}");
+        // A wide terminal has room for all columns.
+        let wide = text_at(&report, false, terminal(140));
+        assert!(wide.contains("\n55 more pairs: -v or --json\n") && wide.contains("blocked"), "{wide}");
+    }
+
+    #[test]
+    fn every_line_fits() {
+        let mut long = example_reports::many_runs(12);
+        let json = serde_json::to_string(&long).unwrap();
+        let name = format!("\"{} run ", "地図/größe_".repeat(12));
+        long = serde_json::from_str(&json.replace("\"run ", &name)).unwrap();
+        let mut three = example_reports::three_runs();
+        three.warnings.push("a long warning of some words ".repeat(9));
+        for report in [long, three, example_reports::given_maps(), example_reports::one_run()] {
+            for width in [60, 80, 140] {
+                for verbose in [false, true] {
+                    let text = text_at(&report, verbose, terminal(width));
+                    let wide = text.lines().find(|line| width_of(line) > width.max(80));
+                    assert_eq!(wide, None, "{width}\n{text}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn only_columns_that_are_shown_are_explained() {
+        let mut seen = [false; 2];
+        for report in [example_reports::three_runs(), example_reports::one_run()] {
+            for width in 60..140 {
+                let text = text_at(&report, false, terminal(width));
+                let head = text.lines().find(|line| line.contains("   run ")).unwrap();
+                for (column, meaning) in [
+                    ("revisit", "that another visit measured"),
+                    ("blocked", "too early: trails of moving objects"),
+                ] {
+                    let shown = head.contains(column);
+                    seen[usize::from(shown)] = true;
+                    let words: Vec<&str> = text.split_whitespace().collect();
+                    assert_eq!(words.join(" ").contains(meaning), shown, "{width}\n{text}");
+                }
+            }
+        }
+        assert_eq!(seen, [true; 2]);
+    }
+
+    #[test]
+    fn names_that_are_cut_are_whole_in_the_verbose_report() {
+        let mut report = example_reports::many_runs(2);
+        let name = "a/very/long/folder/of/runs/from/monday/".repeat(2) + "kiss";
+        let json = serde_json::to_string(&report).unwrap().replace("run 0", &name);
+        report = serde_json::from_str(&json).unwrap();
+        let text = text_of(&report, false);
+        assert!(text.contains("\n1  a/very/lon…") && text.contains("monday/kiss  best "), "{text}");
+        assert!(text.contains(", blocked, whole names: "), "{text}");
+        assert!(text_of(&report, true).contains(&format!("\n1  {}", &name[..70])));
+    }
+
+    #[test]
+    fn colours_change_no_word() {
+        let report = example_reports::three_runs();
+        let text = text_at(&report, true, Terminal { has_colour: true, ..Terminal::default() });
+        let first = text.lines().next().unwrap();
+        assert!(first.starts_with("\u{1b}[1mNo run is clearly") && first.ends_with("\u{1b}[0m"), "{first}");
+        assert!(
+            text.contains("\u{1b}[33mundecided\u{1b}[0m") && text.contains("\u{1b}[31mworse by"),
+            "{text}"
+        );
+        let plain = anstream::adapter::strip_str(&text).to_string();
+        assert_eq!(plain, text_of(&report, true));
+    }
+
+    #[test]
+    fn equal_runs_share_a_rank() {
+        let mut report = example_reports::many_runs(3);
+        report.pairs.iter_mut().for_each(|pair| pair.verdict = Verdict::Undecided);
+        report.ties = [["run 0", "run 1"], ["run 1", "run 2"]].map(|pair| pair.map(str::to_owned)).to_vec();
+        let text = text_of(&report, false);
+        assert!(text.starts_with(
+            "No run is clearly the best of 3. run 0 stands first: undecided against run 1 and\nrun 2.\n"
+        ));
+        assert!(text.contains("\n1  run 0  first ") && text.contains("\n=  run 2  undecided "), "{text}");
+        assert!(text.contains("\n=         the rank above: "), "{text}");
+        assert!(text.contains("\nrun 0 against run 1, run 2: better globally"), "{text}");
+    }
+
+    #[test]
+    fn given_maps_are_ranked_by_the_nearest_surfel() {
+        let text = text_of(&example_reports::given_maps(), false);
+        assert!(text.contains("every scan a\nsegment"), "{text}");
+        assert!(!text.contains("R_cv"), "{text}");
+        assert!(text.contains("\n2  b    worse by 8.47 cm at 5 m "), "{text}");
+        assert!(text.contains("R_near    RMS range residual to the nearest surface"), "{text}");
+    }
+
+    #[test]
+    fn a_verbose_report_shows_everything() {
+        let text = text_of(&example_reports::three_runs(), true);
+        for part in [
+            "\ntruth against drift: better, decided at R_cv 10 m: globally\n",
+            "\n  R_cv 0.2 m   0.141   0.158     -0.00508  -0.00614 to -0.00402  876,543\n",
+            "  99 % interval        2.00 to 2.50    2.20 to 2.75                –\n",
+            "dropped: too near     30,000\n",
+            "Memory  peak 300 MiB of 2.00 GiB; 0 B of scratch files, 182 tile loads for 182\nvisits of 160 tiles\n",
+        ] {
+            assert!(text.contains(part), "{part}\n{text}");
+        }
+        assert!(!text.contains("vehicle"), "{text}");
+    }
+}

@@ -1,0 +1,333 @@
+//! Trajectories on the command line: `FILE`, `topic:/NAME` or `BAG:/NAME`, perhaps behind `NAME=`.
+
+use std::path::{Path, PathBuf};
+
+use dmp::{MapSource, PosesAs, Run, RunSource};
+use dmp_log::{
+    LogOutline, LogSummary, PoseTopic, ScanLog, TimeUnit, TrajectoryFormat, is_bag, read_topic_trajectory,
+    read_trajectory, read_trajectory_as,
+};
+use dmp_sensor::Trajectory;
+
+use super::clock::RunClock;
+use super::extrinsic::BodyFromSensor;
+use super::loaded_run::LoadedRun;
+use super::log_input::{LogHead, LogInput};
+use super::{announce, extrinsic};
+use crate::console::{Common, Hosted, Usage, say};
+use crate::files::is_missing;
+use crate::named::{Named, NamedFile, assign, names_of};
+use crate::options::values::Poses;
+use crate::options::{Asked, input};
+
+/// Runs with names. Those in files are read first, so that a mistake in them is reported before a long log is
+/// read; those in messages when the log is open.
+#[derive(Debug)]
+pub(crate) struct Runs {
+    named: Vec<(String, Source)>,
+    /// What is known of the poses of each.
+    meant: Vec<Meant>,
+    /// What carries each between its poses.
+    between: Vec<Option<Trajectory>>,
+}
+
+#[derive(Debug)]
+enum Source {
+    Read(Box<LoadedRun>),
+    Topic { given: String, bag: Option<PathBuf>, topic: PoseTopic },
+}
+
+/// What `--poses-as` says of a run.
+#[derive(Debug, Clone, Default)]
+struct Meant {
+    format: Option<TrajectoryFormat>,
+    unit: Option<TimeUnit>,
+    /// In the order given: each is applied to the result of the one before.
+    poses: Vec<PosesAs>,
+}
+
+impl Meant {
+    fn of_runs(given: &[Named<Poses>], names: &[&str]) -> Result<Vec<Self>, Usage> {
+        let formats = of_kind(given, names, |poses| match poses {
+            Poses::Format(format) => Some(format),
+            _ => None,
+        })?;
+        let units = of_kind(given, names, |poses| match poses {
+            Poses::Stamps(unit) => Some(unit),
+            _ => None,
+        })?;
+        let both = formats.into_iter().zip(units);
+        let mut all: Vec<Self> =
+            both.map(|(format, unit)| Self { format, unit, poses: Vec::new() }).collect();
+        for one in given {
+            let of_runs = of_kind(std::slice::from_ref(one), names, |poses| match poses {
+                Poses::As(poses) => Some(poses),
+                _ => None,
+            })?;
+            all.iter_mut().zip(of_runs).for_each(|(meant, poses)| meant.poses.extend(poses));
+        }
+        Ok(all)
+    }
+}
+
+/// The value of a kind that each run has.
+fn of_kind<T: Copy>(
+    given: &[Named<Poses>],
+    names: &[&str],
+    kind: impl Fn(Poses) -> Option<T>,
+) -> Result<Vec<Option<T>>, Usage> {
+    let of_kind =
+        given.iter().map(Named::parts).filter_map(|(run, text, poses)| Some((run, text, kind(*poses)?)));
+    assign("--poses-as", names, of_kind)
+}
+
+/// The trajectory that carries each run between its poses, where one is given.
+fn between(asked: &Asked, names: &[&str]) -> anyhow::Result<Vec<Option<Trajectory>>> {
+    let given = asked.all(&input::BETWEEN);
+    let values = given.iter().map(|file| (file.name.as_deref(), file.path.display().to_string(), &file.path));
+    let read = |path: Option<&PathBuf>| path.map(|path| Ok(read_trajectory(path)?.trajectory)).transpose();
+    assign("--between", names, values)?.into_iter().map(read).collect()
+}
+
+impl Runs {
+    /// The files or topics of the runs, as they were named.
+    pub(crate) fn files(asked: &Asked) -> Vec<NamedFile> {
+        [asked.all(&input::RUNS), asked.all(&input::MORE_RUNS)].concat()
+    }
+
+    /// Names the runs and reads those in files.
+    pub(crate) fn start(asked: &Asked) -> anyhow::Result<Self> {
+        let files = Self::files(asked);
+        let names = names_of(&files)?;
+        let plain: Vec<&str> = names.iter().map(String::as_str).collect();
+        let meant = Meant::of_runs(&asked.all(&input::POSES_AS), &plain)?;
+        let between = between(asked, &plain)?;
+        let start = |(name, (file, meant)): (String, (&NamedFile, &Meant))| -> anyhow::Result<_> {
+            let given = file.path.display().to_string();
+            if let Some((bag, topic)) = topic_of(&file.path)? {
+                if meant.unit.is_some() {
+                    let problem =
+                        format!("--poses-as {name}=stamps-…: {given} is a topic, whose unit is known");
+                    return Err(Usage(problem).into());
+                }
+                return Ok((name, Source::Topic { given, bag, topic }));
+            }
+            let read = read_trajectory_as(&file.path, meant.format, meant.unit)?;
+            let run = LoadedRun::of_file(name.clone(), given, &file.path, read);
+            Ok((name, Source::Read(Box::new(run))))
+        };
+        let named = names.into_iter().zip(files.iter().zip(&meant)).map(start).collect::<Result<_, _>>()?;
+        Ok(Self { named, meant, between })
+    }
+
+    /// The first run, if any, whose poses are messages of the log itself.
+    pub(crate) fn in_log(&self) -> Option<String> {
+        let in_log = |(_, source): &&(String, Source)| matches!(source, Source::Topic { bag: None, .. });
+        self.named.iter().find(in_log).map(|(name, _)| name.clone())
+    }
+
+    pub(crate) fn names(&self) -> Vec<&str> {
+        self.named.iter().map(|(name, _)| name.as_str()).collect()
+    }
+
+    /// Reads those in messages: of the log itself or of other bags.
+    pub(crate) fn finish(self, log: &LogSummary) -> anyhow::Result<Vec<LoadedRun>> {
+        self.finish_in(&log.path, log.frame_id.as_deref())
+    }
+
+    /// The same for a log at this path, whose scans have this frame.
+    pub(crate) fn finish_in(self, log: &Path, scan_frame: Option<&str>) -> anyhow::Result<Vec<LoadedRun>> {
+        let finish = |(((name, source), meant), between): (((String, Source), Meant), Option<Trajectory>)| {
+            let mut run = match source {
+                Source::Read(run) => *run,
+                Source::Topic { given, bag, topic } => {
+                    let path = bag.as_deref().unwrap_or(log);
+                    let read = read_topic_trajectory(path, &topic, scan_frame)?;
+                    LoadedRun::of_topic(name, given, path, read, bag.is_some())
+                }
+            };
+            for poses in meant.poses {
+                run = run.read_as(poses)?;
+            }
+            match between {
+                None => Ok(run),
+                Some(odometry) => run.carried_by(&odometry),
+            }
+        };
+        self.named.into_iter().zip(self.meant).zip(self.between).map(finish).collect()
+    }
+}
+
+/// The bag (`None`: the log) and the topic that `topic:/odom`, `BAG:/odom`, `BAG:/tf:WORLD:BODY` or `BAG`
+/// stand for; `None` for a file with a trajectory.
+fn topic_of(path: &Path) -> anyhow::Result<Option<(Option<PathBuf>, PoseTopic)>> {
+    let text = path.to_str().unwrap_or_default();
+    if let Some(topic) = text.strip_prefix("topic:") {
+        return Ok(Some((None, parse_topic(topic)?)));
+    }
+    if !is_missing(path) {
+        // A folder must be a bag: no trajectory is a folder.
+        let bag = path.is_dir() || is_bag(path)?;
+        return Ok(bag.then(|| (Some(path.to_owned()), PoseTopic::default())));
+    }
+    for (at, _) in text.match_indices(":/") {
+        let bag = Path::new(&text[..at]);
+        let named_so = bag.extension().is_some_and(|extension| extension == "mcap" || extension == "db3");
+        if named_so || bag.exists() {
+            return Ok(Some((Some(bag.to_owned()), parse_topic(&text[at + 1..])?)));
+        }
+    }
+    Ok(None)
+}
+
+fn parse_topic(text: &str) -> Result<PoseTopic, Usage> {
+    let mut parts = text.split(':').map(str::to_owned);
+    let topic = PoseTopic { topic: parts.next(), world: parts.next(), body: parts.next() };
+    let named = [&topic.topic, &topic.world, &topic.body].into_iter().flatten().all(|name| !name.is_empty());
+    if named && parts.next().is_none() {
+        Ok(topic)
+    } else {
+        Err(Usage(format!("`{text}` is no topic: try topic:/odom or topic:/tf:WORLD:BODY")))
+    }
+}
+
+/// A log and the runs on it, as they are scored.
+pub(crate) struct OpenedRuns<L = Box<dyn ScanLog>> {
+    pub(crate) log: L,
+    pub(crate) runs: Vec<Run>,
+    /// Whether part of the log or of a run is lost; warnings say what.
+    pub(crate) damaged: bool,
+}
+
+impl OpenedRuns {
+    /// Opens the log, finishes the runs and finds where their sensors sat. Prints what was found.
+    pub(crate) fn open(
+        started: Runs,
+        maps: impl IntoIterator<Item = MapSource>,
+        log: &LogInput,
+        asked: &Asked,
+        threads: usize,
+        common: &Common,
+    ) -> anyhow::Result<Self> {
+        let log = log.open(threads)?;
+        let host = (!common.quiet).then_some(&common.host);
+        let found = Found::of(started, LogHead::of_log(log.as_ref()), asked, host)?;
+        let damaged = found.is_damaged || !log.summary().damage.is_empty();
+        Ok(Self { runs: found.into_runs(maps), log, damaged })
+    }
+}
+
+impl OpenedRuns<LogOutline> {
+    /// The same with no more of the log than its index, where `is_enough` by what is found; else nothing is printed.
+    pub(crate) fn outline_if(
+        started: Runs,
+        log: &LogInput,
+        asked: &Asked,
+        common: &Common,
+        is_enough: impl FnOnce(&LogOutline, &[Run]) -> anyhow::Result<bool>,
+    ) -> anyhow::Result<Option<Self>> {
+        let in_log = started.in_log();
+        let log = log.outline()?;
+        let found = Found::of(started, LogHead::of_outline(&log), asked, None)?;
+        let fused = || std::iter::repeat(MapSource::Fused);
+        if !is_enough(&log, &found.clone().into_runs(fused()))? {
+            return Ok(None);
+        }
+        if !common.quiet {
+            if let Some(run) = in_log {
+                say!(
+                    common.host,
+                    "note: the poses of `{run}` are messages of the log, so all of it is read; a trajectory in a file avoids that"
+                );
+            }
+            announce::found(&common.host, LogHead::of_outline(&log), &found.loaded);
+            announce::extrinsics(&common.host, &found.loaded, &found.extrinsics);
+        }
+        let damaged = found.is_damaged || !log.summary().damage.is_empty();
+        Ok(Some(Self { runs: found.into_runs(fused()), log, damaged }))
+    }
+}
+
+/// Runs, and where their sensors sat.
+#[derive(Debug, Clone)]
+struct Found {
+    loaded: Vec<LoadedRun>,
+    extrinsics: Vec<BodyFromSensor>,
+    clocks: Vec<RunClock>,
+    /// Whether part of a run is lost.
+    is_damaged: bool,
+}
+
+impl Found {
+    /// Finishes the runs; prints what is found to the host, if there is one.
+    fn of(started: Runs, log: LogHead<'_>, asked: &Asked, host: Option<&Hosted>) -> anyhow::Result<Self> {
+        let clocks = RunClock::of_runs(asked, &started.names())?;
+        let loaded = started.finish(log.summary)?;
+        if let Some(host) = host {
+            announce::found(host, log, &loaded);
+        }
+        let extrinsics = extrinsic::of_runs(asked, &loaded, log)?;
+        if let Some(host) = host {
+            announce::extrinsics(host, &loaded, &extrinsics);
+        }
+        let is_damaged = loaded.iter().any(|run| run.damaged);
+        Ok(Self { loaded, extrinsics, clocks, is_damaged })
+    }
+
+    fn into_runs(self, maps: impl IntoIterator<Item = MapSource>) -> Vec<Run> {
+        to_score(self.loaded, maps, self.extrinsics, self.clocks)
+    }
+}
+
+/// The runs as they are scored.
+pub(crate) fn to_score(
+    loaded: Vec<LoadedRun>,
+    maps: impl IntoIterator<Item = MapSource>,
+    extrinsics: Vec<BodyFromSensor>,
+    clocks: impl IntoIterator<Item = RunClock>,
+) -> Vec<Run> {
+    let run = |(((run, map), extrinsic), clock): (((LoadedRun, MapSource), BodyFromSensor), RunClock)| Run {
+        source: RunSource {
+            file: Some(run.shown()),
+            format: Some(run.format.to_owned()),
+            body_from_sensor: Some(extrinsic.source),
+            notes: run.notes,
+        },
+        name: run.name,
+        trajectory: run.trajectory,
+        map,
+        body_from_sensor: Some(extrinsic.transform),
+        pose_at: clock.pose_at,
+        time_offset_ns: clock.time_offset_ns,
+        is_carried: run.is_carried,
+    };
+    loaded.into_iter().zip(maps).zip(extrinsics).zip(clocks).map(run).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn topics_are_not_files() {
+        let topic = |topic: &str, world: Option<&str>, body: Option<&str>| PoseTopic {
+            topic: Some(topic.into()),
+            world: world.map(str::to_owned),
+            body: body.map(str::to_owned),
+        };
+        let of = |text: &str| topic_of(Path::new(text)).unwrap();
+        assert_eq!(of("topic:/odom"), Some((None, topic("/odom", None, None))));
+        assert_eq!(of("topic:/tf:map:lidar"), Some((None, topic("/tf", Some("map"), Some("lidar")))));
+        assert_eq!(of("none/a.mcap:/odom"), Some((Some("none/a.mcap".into()), topic("/odom", None, None))));
+        let bag = env!("CARGO_MANIFEST_DIR");
+        assert_eq!(of(&format!("{bag}:/tf:map")), Some((Some(bag.into()), topic("/tf", Some("map"), None))));
+        assert_eq!(of(bag), Some((Some(bag.into()), PoseTopic::default())));
+        for file in ["none.tum", "none/a:/b.tum", "Cargo.toml", "none.mcap"] {
+            assert_eq!(of(file), None, "{file}");
+        }
+        for wrong in ["topic:", "topic:/tf:", "topic:/tf::lidar", "topic:/tf:a:b:c"] {
+            let error = topic_of(Path::new(wrong)).unwrap_err().to_string();
+            assert!(error.contains("is no topic: try topic:/odom"), "{error}");
+        }
+    }
+}

@@ -1,0 +1,11 @@
+//! Points and triangles in files.
+
+pub(crate) mod cloud;
+mod laz;
+mod mesh;
+pub(crate) mod pcd;
+mod unit;
+
+pub use cloud::{CloudFormat, CloudSummary, CloudWriter, OrientedPoint, read_cloud};
+pub use mesh::{MeshFormat, MeshSummary, is_mesh, read_mesh};
+pub use unit::LengthUnit;

@@ -1,0 +1,231 @@
+//! A chunk of an MCAP file, read, checked and unpacked.
+
+use super::records::{HEAD_BYTES, MAX_RECORD_BYTES, Source};
+use crate::file::shorten;
+use dmp_lengths::thousands;
+use std::fmt;
+use std::io::{self, Read};
+use zstd::bulk::Decompressor;
+
+/// Fixed part of a chunk's header: two times, size, checksum, length of the compression's name.
+const FIXED_BYTES: u64 = 32;
+/// How much more a chunk of points may have unpacked than packed before its claim is doubted. More is
+/// read too, but no memory is taken for it before the bytes are there.
+const USUAL_RATIO: u64 = 32;
+
+/// Why a chunk gives nothing.
+#[derive(Debug)]
+pub(super) enum ChunkFault {
+    /// The file could not be read.
+    Io(io::Error),
+    /// Its bytes are wrong; in words.
+    Damaged(String),
+}
+
+impl From<io::Error> for ChunkFault {
+    fn from(error: io::Error) -> Self {
+        Self::Io(error)
+    }
+}
+
+fn damaged<T>(problem: impl Into<String>) -> Result<T, ChunkFault> {
+    Err(ChunkFault::Damaged(problem.into()))
+}
+
+/// Unpacks one chunk after the other into the same buffers.
+#[derive(Default)]
+pub(super) struct ChunkDecoder {
+    zstd: Option<Decompressor<'static>>,
+    /// Of the chunk that was read last.
+    head: ChunkHead,
+    packed: Vec<u8>,
+    records: Vec<u8>,
+    met_no_crc: bool,
+}
+
+impl fmt::Debug for ChunkDecoder {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("ChunkDecoder").field("records_bytes", &self.records.len()).finish_non_exhaustive()
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+enum Packing {
+    #[default]
+    None,
+    Zstd,
+    Lz4,
+}
+
+#[derive(Debug, Clone, Copy, Default)]
+struct ChunkHead {
+    uncompressed_bytes: u64,
+    crc: u32,
+    packing: Packing,
+    data_at: u64,
+    compressed_bytes: u64,
+}
+
+impl ChunkDecoder {
+    /// The records of the chunk record at `at`, whose body has `body_bytes`: checksum compared, nothing
+    /// given of a chunk that is not whole.
+    pub(super) fn decode(
+        &mut self,
+        source: &mut Source,
+        at: u64,
+        body_bytes: u64,
+    ) -> Result<&[u8], ChunkFault> {
+        self.read(source, at, body_bytes)?;
+        self.unpack()?;
+        Ok(&self.records)
+    }
+
+    pub(super) fn read(&mut self, source: &mut Source, at: u64, body_bytes: u64) -> Result<(), ChunkFault> {
+        self.records.clear();
+        self.head = ChunkHead::default();
+        let head = read_head(source, at, body_bytes)?;
+        let into = if head.packing == Packing::None { &mut self.records } else { &mut self.packed };
+        source.read_into(head.data_at, head.compressed_bytes, into)?;
+        self.head = head;
+        Ok(())
+    }
+
+    /// The second half: unpacks what was read and compares its checksum.
+    pub(super) fn unpack(&mut self) -> Result<(), ChunkFault> {
+        let head = self.head;
+        match head.packing {
+            Packing::None => {}
+            Packing::Zstd => self.unpack_zstd(head.uncompressed_bytes)?,
+            Packing::Lz4 => self.unpack_lz4(head.uncompressed_bytes)?,
+        }
+        if self.records.len() as u64 != head.uncompressed_bytes {
+            let [got, claimed] = [self.records.len() as u64, head.uncompressed_bytes].map(thousands);
+            return damaged(format!("it unpacks to {got} bytes, its header says {claimed}"));
+        }
+        let crc = crc32fast::hash(&self.records);
+        self.met_no_crc |= head.crc == 0 && !self.records.is_empty();
+        if head.crc != 0 && head.crc != crc {
+            return damaged(format!("its CRC is {crc:08x}, its header says {:08x}", head.crc));
+        }
+        Ok(())
+    }
+
+    /// What the chunk that was read last takes: packed, or unpacked as it claims, whichever is more.
+    pub(super) fn bytes(&self) -> u64 {
+        self.head.uncompressed_bytes.max(self.head.compressed_bytes)
+    }
+
+    pub(super) fn kept_bytes(&self) -> u64 {
+        (self.packed.capacity() + self.records.capacity()) as u64
+    }
+
+    /// Takes over what another one knows of checksums.
+    pub(super) fn learn_from(&mut self, other: &Self) {
+        self.met_no_crc |= other.met_no_crc;
+    }
+
+    /// Takes note of whether a chunk that is not read has a checksum.
+    pub(super) fn pass_over(&mut self, source: &mut Source, at: u64, body_bytes: u64) -> io::Result<()> {
+        // What is wrong with one that is too short is reported when it is read.
+        if body_bytes >= FIXED_BYTES {
+            let mut fixed = [0; FIXED_BYTES as usize];
+            source.read_at(at + HEAD_BYTES, &mut fixed)?;
+            self.met_no_crc |= word_at(&fixed, 24) as u32 == 0 && word_at(&fixed, 16) > 0;
+        }
+        Ok(())
+    }
+
+    /// Whether any chunk had no checksum.
+    pub(super) fn met_no_crc(&self) -> bool {
+        self.met_no_crc
+    }
+
+    pub(super) fn records(&self) -> &[u8] {
+        &self.records
+    }
+
+    fn unpack_zstd(&mut self, claimed_bytes: u64) -> Result<(), ChunkFault> {
+        let usual_bytes = claimed_bytes.min((self.packed.len() as u64).saturating_mul(USUAL_RATIO));
+        if usual_bytes == claimed_bytes {
+            self.records.reserve(usual_bytes as usize);
+            let zstd = match self.zstd.take() {
+                Some(zstd) => zstd,
+                None => Decompressor::new()?,
+            };
+            let unpacked = self.zstd.insert(zstd).decompress_to_buffer(&self.packed, &mut self.records);
+            if unpacked.is_ok_and(|bytes| bytes as u64 == claimed_bytes) {
+                return Ok(());
+            }
+        }
+        // Also where the claim is unusual: memory grows with what is there. What is said of a damaged chunk depends on the room
+        // that there is, so it is always unpacked into none.
+        self.records = Vec::new();
+        let zstd = zstd::stream::read::Decoder::new(self.packed.as_slice())?;
+        read_at_most(zstd, claimed_bytes, &mut self.records)
+    }
+
+    fn unpack_lz4(&mut self, claimed_bytes: u64) -> Result<(), ChunkFault> {
+        let lz4 = lz4::Decoder::new(self.packed.as_slice())?;
+        read_at_most(lz4, claimed_bytes, &mut self.records)
+    }
+}
+
+/// Reads what an unpacker gives, at most one byte more than is claimed.
+fn read_at_most(unpacker: impl Read, claimed_bytes: u64, records: &mut Vec<u8>) -> Result<(), ChunkFault> {
+    let read = unpacker.take(claimed_bytes + 1).read_to_end(records);
+    read.map(|_| ()).or_else(|error| damaged(one_line(&error.to_string())))
+}
+
+/// Reads and checks a chunk's header, so that nothing claimed there is believed further down.
+fn read_head(source: &mut Source, at: u64, body_bytes: u64) -> Result<ChunkHead, ChunkFault> {
+    let body_at = at + HEAD_BYTES;
+    if body_bytes < FIXED_BYTES + 8 {
+        return damaged(format!("it has {body_bytes} bytes, fewer than its header"));
+    }
+    let mut fixed = [0; FIXED_BYTES as usize];
+    source.read_at(body_at, &mut fixed)?;
+    let uncompressed_bytes = word_at(&fixed, 16);
+    let crc = word_at(&fixed, 24) as u32;
+    let name_bytes = word_at(&fixed, 24) >> 32;
+    if name_bytes > 16 || FIXED_BYTES + name_bytes + 8 > body_bytes {
+        return damaged(format!("the name of its compression claims {name_bytes} bytes"));
+    }
+    let mut rest = vec![0; name_bytes as usize + 8];
+    source.read_at(body_at + FIXED_BYTES, &mut rest)?;
+    let (name, size) = rest.split_at(name_bytes as usize);
+    let packing = match name {
+        b"" => Packing::None,
+        b"zstd" => Packing::Zstd,
+        b"lz4" => Packing::Lz4,
+        other => {
+            return damaged(format!("unknown compression `{}`", shorten(&String::from_utf8_lossy(other))));
+        }
+    };
+    let compressed_bytes = word_at(size, 0);
+    let available = body_bytes - FIXED_BYTES - name_bytes - 8;
+    if compressed_bytes > available {
+        let [claimed, available] = [compressed_bytes, available].map(thousands);
+        return damaged(format!("its data claims {claimed} bytes of {available}"));
+    }
+    if uncompressed_bytes.max(compressed_bytes) > MAX_RECORD_BYTES {
+        let [claimed, most] = [uncompressed_bytes, MAX_RECORD_BYTES].map(thousands);
+        return damaged(format!("it claims {claimed} bytes unpacked, more than the {most} allowed"));
+    }
+    if packing == Packing::None && uncompressed_bytes != compressed_bytes {
+        let [packed, unpacked] = [compressed_bytes, uncompressed_bytes].map(thousands);
+        return damaged(format!(
+            "it is not compressed, yet claims {packed} bytes packed and {unpacked} unpacked"
+        ));
+    }
+    let data_at = body_at + FIXED_BYTES + name_bytes + 8;
+    Ok(ChunkHead { uncompressed_bytes, crc, packing, data_at, compressed_bytes })
+}
+
+fn word_at(bytes: &[u8], at: usize) -> u64 {
+    bytes.get(at..).and_then(|rest| rest.first_chunk()).map_or(0, |word| u64::from_le_bytes(*word))
+}
+
+/// A message of another library, without its line breaks.
+pub(super) fn one_line(text: &str) -> String {
+    shorten(&text.split_whitespace().collect::<Vec<_>>().join(" "))
+}

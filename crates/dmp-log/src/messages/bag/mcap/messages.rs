@@ -1,0 +1,53 @@
+//! Single messages of an MCAP file.
+
+use super::chunk::{ChunkDecoder, ChunkFault};
+use super::records::{HEAD_BYTES, McapPlace, Source, split_message};
+use crate::file::ReadCount;
+use crate::messages::bag::basics::MessageFault;
+use std::io;
+use std::path::Path;
+
+/// Reads single messages of a file; keeps the chunk it read last.
+#[derive(Debug)]
+pub(in crate::messages::bag) struct McapMessages {
+    source: Source,
+    decoder: ChunkDecoder,
+    /// The chunk that the decoder holds.
+    chunk_at: Option<u64>,
+    message: Vec<u8>,
+}
+
+impl McapMessages {
+    pub(in crate::messages::bag) fn open(path: &Path, count: &ReadCount) -> io::Result<Self> {
+        let source = Source::open_for_pieces(path, count)?;
+        Ok(Self { source, decoder: ChunkDecoder::default(), chunk_at: None, message: Vec::new() })
+    }
+
+    pub(in crate::messages::bag) fn message(&mut self, place: McapPlace) -> Result<&[u8], MessageFault> {
+        let body = if let Some(in_chunk) = place.in_chunk {
+            if self.chunk_at != Some(place.record_at) {
+                self.chunk_at = None;
+                match self.decoder.decode(&mut self.source, place.record_at, place.record_bytes) {
+                    Ok(_) => self.chunk_at = Some(place.record_at),
+                    Err(ChunkFault::Io(error)) => return Err(error.into()),
+                    Err(ChunkFault::Damaged(problem)) => {
+                        let problem = format!(
+                            "the chunk at byte {} was whole and is not any more: {problem}",
+                            place.record_at
+                        );
+                        return Err(MessageFault::Changed(problem));
+                    }
+                }
+            }
+            let rest = self.decoder.records().get(in_chunk as usize..).unwrap_or_default();
+            rest.get(..place.body_bytes as usize).unwrap_or_default()
+        } else {
+            self.source.read_into(place.record_at + HEAD_BYTES, place.body_bytes, &mut self.message)?;
+            &self.message
+        };
+        match split_message(body) {
+            Some(message) => Ok(message.data),
+            None => Err(MessageFault::Changed("the file has changed since it was opened".into())),
+        }
+    }
+}

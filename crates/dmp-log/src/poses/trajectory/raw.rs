@@ -1,0 +1,188 @@
+//! Trajectories as their files have them, nothing put right.
+
+use super::format::{TrajectoryFormat, find_format, no_poses};
+use super::read::read_bytes;
+use super::{euroc, g2o, kitti, npy, redwood};
+use crate::file::columns::numbers;
+use crate::file::{lines, unit_of_large_numbers, unit_of_lines};
+use crate::poses::trajectory::named::csv;
+use crate::{LogError, ParseError, TimeUnit};
+use nalgebra::{Matrix3, Vector3};
+use std::path::Path;
+
+/// A trajectory as its file has it: in the order of its lines (of its ids, for a graph), nothing sorted, left out or rounded to
+/// nanoseconds, and rotations not made orthogonal. For comparisons whose numbers depend on that.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RawTrajectory {
+    /// The file's format.
+    pub format: TrajectoryFormat,
+    /// Stamps, seconds, one a pose; `None` for formats without stamps.
+    pub stamps_s: Option<Vec<f64>>,
+    /// Rotations `world_from_body`: quaternions normalised, matrices as written.
+    pub rotations: Vec<Matrix3<f64>>,
+    /// The body's places in the world, metres.
+    pub positions_m: Vec<Vector3<f64>>,
+    /// Quaternions of length zero, which were taken for no rotation.
+    pub zero_quaternions: usize,
+    /// What was guessed.
+    pub notes: Vec<String>,
+}
+
+/// Reads a trajectory line by line, in `format` or, without one, in that which [`super::read_trajectory`]
+/// would find.
+///
+/// # Errors
+/// When the file cannot be read, has no poses, or in the first line that breaks the format.
+pub fn read_raw_trajectory(path: &Path, format: Option<TrajectoryFormat>) -> Result<RawTrajectory, LogError> {
+    read_raw_trajectory_as(path, format, None)
+}
+
+/// As [`read_raw_trajectory`], with stamps in this unit where they may be of several and would be refused without it.
+///
+/// # Errors
+/// As [`read_raw_trajectory`], and when no unit is given for stamps that can be no seconds and do not count from 1970.
+pub fn read_raw_trajectory_as(
+    path: &Path,
+    format: Option<TrajectoryFormat>,
+    unit: Option<TimeUnit>,
+) -> Result<RawTrajectory, LogError> {
+    let bytes = read_bytes(path)?;
+    let format = match format {
+        Some(format) => format,
+        None => find_format(path, &bytes)?,
+    };
+    let mut notes = Vec::new();
+    let found = match format {
+        TrajectoryFormat::Tum => Some(unit_of_lines(&bytes, unit, &mut notes).map_err(|e| e.in_file(path))?),
+        TrajectoryFormat::Euroc => Some(unit_of_large_numbers(&bytes, &mut notes)),
+        _ => unit,
+    };
+    let mut raw = parse_raw_in(&bytes, format, found).map_err(|e| e.in_file(path))?;
+    raw.notes.splice(..0, notes);
+    if raw.rotations.is_empty() {
+        return Err(no_poses(&bytes).in_file(path));
+    }
+    Ok(raw)
+}
+
+/// Parses a trajectory line by line, as [`read_raw_trajectory`]. There may be no poses.
+///
+/// # Errors
+/// In the first line that breaks the format.
+pub fn parse_raw(bytes: &[u8], format: TrajectoryFormat) -> Result<RawTrajectory, ParseError> {
+    parse_raw_in(bytes, format, None)
+}
+
+/// The same with stamps in this unit, or in that of the format.
+fn parse_raw_in(
+    bytes: &[u8],
+    format: TrajectoryFormat,
+    unit: Option<TimeUnit>,
+) -> Result<RawTrajectory, ParseError> {
+    let mut raw = RawTrajectory {
+        format,
+        stamps_s: format.has_stamps().then(Vec::new),
+        rotations: Vec::new(),
+        positions_m: Vec::new(),
+        zero_quaternions: 0,
+        notes: Vec::new(),
+    };
+    match format {
+        TrajectoryFormat::Npy => npy::for_each_matrix(bytes, |_, rows| {
+            raw.push_rows(rows);
+            Ok(())
+        })?,
+        TrajectoryFormat::RedwoodLog => redwood::for_each_matrix(bytes, |_, rows| {
+            raw.push_rows(rows);
+            Ok(())
+        })?,
+        TrajectoryFormat::G2o => {
+            let mut vertices = Vec::new();
+            g2o::for_each_vertex(bytes, |vertex| {
+                vertices.push(vertex);
+                Ok(())
+            })?;
+            vertices.sort_by_key(|vertex| vertex.id);
+            vertices.iter().for_each(|vertex| raw.push(vertex.position_m, vertex.quaternion));
+        }
+        TrajectoryFormat::Csv => raw.push_named(bytes, unit)?,
+        TrajectoryFormat::Tum | TrajectoryFormat::Euroc | TrajectoryFormat::Kitti => {
+            raw.push_lines(bytes, unit)?;
+        }
+    }
+    Ok(raw)
+}
+
+impl RawTrajectory {
+    fn push_named(&mut self, bytes: &[u8], unit: Option<TimeUnit>) -> Result<(), ParseError> {
+        let header = csv::header_of(bytes)?;
+        let unit = csv::unit_in(bytes, &header, header.unit(), unit, &mut self.notes)?;
+        csv::for_each_row(bytes, &header, |row| {
+            self.stamps_s.get_or_insert_default().push(row.stamp.in_s(unit));
+            self.push(row.position_m, row.quaternion);
+            Ok(())
+        })
+    }
+
+    fn push_lines(&mut self, bytes: &[u8], unit: Option<TimeUnit>) -> Result<(), ParseError> {
+        let per_s = |of_format: TimeUnit| 1e9 / unit.unwrap_or(of_format).in_ns() as f64;
+        let mut width = None;
+        for line in lines(bytes) {
+            let (place, columns) = line?;
+            let (stamp_s, position_m, quaternion) = match self.format {
+                TrajectoryFormat::Kitti => {
+                    self.push_rows(numbers::<12>(place, &columns, kitti::ROW)?);
+                    continue;
+                }
+                TrajectoryFormat::Euroc => {
+                    let [stamp_ns, x, y, z, qw, qx, qy, qz] = euroc::row(place, &columns, &mut width)?;
+                    (stamp_ns / per_s(TimeUnit::Nanoseconds), [x, y, z], [qx, qy, qz, qw])
+                }
+                _ => {
+                    let [stamp, x, y, z, quaternion @ ..] =
+                        numbers::<8>(place, &columns, "stamp tx ty tz qx qy qz qw")?;
+                    (stamp / per_s(TimeUnit::Seconds), [x, y, z], quaternion)
+                }
+            };
+            self.stamps_s.get_or_insert_default().push(stamp_s);
+            self.push(position_m, quaternion);
+        }
+        Ok(())
+    }
+
+    fn push_rows(&mut self, [a, b, c, tx, d, e, f, ty, g, h, i, tz]: [f64; 12]) {
+        self.rotations.push(Matrix3::new(a, b, c, d, e, f, g, h, i));
+        self.positions_m.push(Vector3::new(tx, ty, tz));
+    }
+
+    /// A place and a quaternion x, y, z, w.
+    fn push(&mut self, position_m: [f64; 3], quaternion: [f64; 4]) {
+        let rotation = rotation_of(quaternion);
+        self.zero_quaternions += usize::from(rotation.is_none());
+        self.rotations.push(rotation.unwrap_or_else(Matrix3::identity));
+        self.positions_m.push(position_m.into());
+    }
+}
+
+/// The rotation of a quaternion x, y, z, w of any length; `None` where it has none.
+fn rotation_of(q: [f64; 4]) -> Option<Matrix3<f64>> {
+    // In the order w, x, y, z, in which others add, so that numbers agree to the last bit.
+    let [x, y, z, w] = q;
+    let square: f64 = [w, x, y, z].map(|c| c * c).iter().sum();
+    if square < 4.0 * f64::EPSILON {
+        return None;
+    }
+    let scale = (2.0 / square).sqrt();
+    let [x, y, z, w] = q.map(|c| c * scale);
+    Some(Matrix3::new(
+        1.0 - y * y - z * z,
+        x * y - z * w,
+        x * z + y * w,
+        x * y + z * w,
+        1.0 - x * x - z * z,
+        y * z - x * w,
+        x * z - y * w,
+        y * z + x * w,
+        1.0 - x * x - y * y,
+    ))
+}

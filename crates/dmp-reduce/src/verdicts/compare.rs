@@ -1,0 +1,156 @@
+//! Two runs compared: at every scale, by the place guard, and what comes of it.
+
+use super::guard::{GuardCheck, place_guard};
+use super::scale_comparison::{Asked, ScaleComparison};
+use super::verdict::{UndecidedReason, Verdict};
+use crate::residual::{Basis, Scales};
+use crate::sums::{FRAMES_NEEDED, GROUPS_NEEDED, Mean, PairTotals, ScaleTotals};
+
+/// Two runs compared on their common returns: those that both predict.
+///
+/// The mean difference of their truncated squares is looked at scale by scale, the largest first; the
+/// first whose interval excludes 0 decides. Then the place guard asks whether the same run is better everywhere. Where
+/// none decides, and no interval reaches beyond what makes a difference, the two are the same for practical purposes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Comparison {
+    /// The first run.
+    pub a: usize,
+    /// The second run.
+    pub b: usize,
+    /// By what the two are judged.
+    pub basis: Basis,
+    /// Returns that both runs predict.
+    pub common_returns: u64,
+    /// The scales in the order in which they are asked; all of them, also those after the one that
+    /// decided.
+    pub scales: Vec<ScaleComparison>,
+    /// What the place guard found; empty where no scale decided.
+    pub guard: Vec<GuardCheck>,
+    /// What comes of it.
+    pub verdict: Verdict,
+    /// Whether each run predicts more than nine tenths of as many returns as the other does.
+    pub is_alike_covered: bool,
+    /// Where a sample decides nothing: about how many frames would, if all there are would. As rough as the difference
+    /// that the sample shows.
+    pub frames_needed: Option<u64>,
+}
+
+impl Comparison {
+    /// Whether the two are the same for practical purposes: at no scale is a difference left possible that matters,
+    /// and neither predicts much less than the other.
+    pub fn is_same(&self) -> bool {
+        self.is_alike_covered && self.scales.iter().all(ScaleComparison::is_same)
+    }
+}
+
+/// A better run must predict more than one in this many of the returns that the other predicts.
+const LEAST_COVERED: f64 = 2.0;
+
+/// Runs predict alike many returns when each predicts more than this share of what the other does.
+const ALIKE_COVERED: f64 = 0.9;
+
+/// Compares runs `a` and `b` by the sums of their pair.
+///
+/// `predicted` are the returns that each has in its sums.
+pub(crate) fn compare(
+    [a, b]: [usize; 2],
+    predicted: [u64; 2],
+    pair: &PairTotals,
+    asked: Asked,
+) -> Comparison {
+    let (basis, lengths) = (pair.basis, asked.scales);
+    let all: Vec<_> = pair
+        .scales
+        .iter()
+        .zip(basis.scales_m(lengths))
+        .map(|(s, &scale_m)| s.compare(scale_m, asked))
+        .collect();
+    let scales = all[all.len() - basis.cascade_m(lengths).len()..].to_vec();
+    let common_returns = pair.scales[0].difference.total().returns;
+    let [fewer, more] = [predicted[0].min(predicted[1]), predicted[0].max(predicted[1])].map(|n| n as f64);
+    let mut comparison = Comparison {
+        a,
+        b,
+        basis,
+        common_returns,
+        scales,
+        guard: Vec::new(),
+        verdict: Verdict::Undecided { reason: UndecidedReason::NoDifference },
+        is_alike_covered: fewer > ALIKE_COVERED * more,
+        frames_needed: None,
+    };
+    let decided =
+        comparison.scales.iter().find(|scale| scale.decides()).and_then(|s| Some((s.scale_m, s.difference?)));
+    if let Some((decided_at_m, difference)) = decided {
+        let a_better = difference.value_m2 < 0.0;
+        comparison.guard = place_guard(pair, &all, a_better, asked.frames);
+        let which = if a_better { a } else { b };
+        let [own, other] = if a_better { predicted } else { [predicted[1], predicted[0]] };
+        comparison.verdict = match comparison.guard.iter().find(|check| check.tripped) {
+            _ if LEAST_COVERED * (own as f64) < other as f64 => {
+                Verdict::Undecided { reason: UndecidedReason::LessCovered { predicted: own, other } }
+            }
+            None => Verdict::Better { which, decided_at_m, returns: common_returns },
+            Some(check) => Verdict::Mixed {
+                which,
+                decided_at_m,
+                opposed_at_m: check.scale_m,
+                places: check.against.clone(),
+                returns: common_returns,
+            },
+        };
+    } else if comparison.is_same() {
+        let apart = |scale: &ScaleComparison| Some((scale.scale_m, scale.apart_at_most_m?));
+        let apart_at_most_m = comparison.scales.iter().filter_map(apart).collect();
+        comparison.verdict = Verdict::Same { apart_at_most_m, returns: common_returns };
+    } else {
+        let reason = why_undecided(pair, &comparison.scales);
+        comparison.verdict = Verdict::Undecided { reason };
+        if reason == UndecidedReason::NoDifference {
+            comparison.frames_needed = frames_needed(&comparison.scales, asked);
+        }
+    }
+    comparison
+}
+
+/// How likely the scale that speaks most for a difference would do so were there none, and all scales that are looked at
+/// taken together: no more than their number times that (Bonferroni's inequality).
+pub(crate) fn chance(pair: &PairTotals, scales: Scales) -> f64 {
+    let asked = pair.basis.cascade_m(scales).len();
+    let looked_at = &pair.scales[pair.scales.len() - asked..];
+    let of_scale = |scale: &ScaleTotals| scale.difference.mean().map_or(1.0, Mean::chance);
+    asked as f64 * looked_at.iter().map(of_scale).fold(1.0, f64::min)
+}
+
+fn why_undecided(pair: &PairTotals, scales: &[ScaleComparison]) -> UndecidedReason {
+    let difference = &pair.scales[0].difference;
+    let (frames, groups) = (difference.frames(), difference.groups());
+    if frames == 0 {
+        UndecidedReason::NoCommonReturns
+    } else if frames < FRAMES_NEEDED {
+        UndecidedReason::TooFewFrames { frames }
+    } else if groups < GROUPS_NEEDED {
+        UndecidedReason::FewSurfaces { groups }
+    } else if scales.iter().all(|scale| scale.interval().is_none()) {
+        UndecidedReason::OneStretch
+    } else {
+        UndecidedReason::NoDifference
+    }
+}
+
+/// About how many of all frames would decide, were the difference and the scatter what those of the sample show: the half
+/// width h of the interval goes with 1/√k, and is to become the difference d. `None` where all would not.
+fn frames_needed(scales: &[ScaleComparison], asked: Asked) -> Option<u64> {
+    if asked.scored >= asked.frames.0 {
+        return None;
+    }
+    let (scored, all) = (asked.scored as f64, asked.frames.0 as f64);
+    let needed = |scale: &ScaleComparison| {
+        let (difference_m2, interval) = (scale.difference?.value_m2, scale.interval()?);
+        let half_m2 = 0.5 * (interval.high_m2 - interval.low_m2);
+        let needed = scored * (half_m2 / difference_m2) * (half_m2 / difference_m2);
+        // A sample that shows no difference at all says nothing of how many would.
+        (needed <= all).then(|| needed.ceil().max(scored + 1.0) as u64)
+    };
+    scales.iter().filter_map(needed).min()
+}

@@ -1,0 +1,158 @@
+//! Which of two runs is better, and why, in words.
+
+use super::guard::Stretch;
+use crate::residual::{Reach, Scales};
+use crate::sums::{FRAMES_NEEDED, GROUPS_NEEDED};
+use dmp_lengths::thousands;
+
+/// Which of two runs is better, if it can be said. Runs go by their index, lengths are metres.
+///
+/// ```
+/// use dmp_reduce::{Scales, Verdict};
+///
+/// let verdict = Verdict::Better { which: 0, decided_at_m: 2.0, returns: 900 };
+/// assert_eq!(
+///     verdict.reason(Scales::Drive),
+///     "better at the metre scale: decided at 2 m, undecided above (900 common returns)"
+/// );
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub enum Verdict {
+    /// One run is better.
+    Better {
+        /// Which.
+        which: usize,
+        /// The scale that decided, metres.
+        decided_at_m: f64,
+        /// Common returns.
+        returns: u64,
+    },
+    /// One run is better on the whole, the other in some places.
+    Mixed {
+        /// Which is better on the whole.
+        which: usize,
+        /// The scale at which it is, metres.
+        decided_at_m: f64,
+        /// The scale at which the places speak against it, metres.
+        opposed_at_m: f64,
+        /// Where the other run is better.
+        places: Vec<Stretch>,
+        /// Common returns.
+        returns: u64,
+    },
+    /// Neither is better by anything that matters, at any scale.
+    Same {
+        /// How far apart the root mean squares of the two may be at most: (scale, metres), scale by scale.
+        apart_at_most_m: Vec<(f64, f64)>,
+        /// Common returns.
+        returns: u64,
+    },
+    /// Nothing can be said.
+    Undecided {
+        /// Why.
+        reason: UndecidedReason,
+    },
+}
+
+/// Why a pair is not decided.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum UndecidedReason {
+    /// No return is predicted by both runs.
+    #[error("the two runs predict no return in common")]
+    NoCommonReturns,
+    /// Fewer than four frames have common returns.
+    #[error("only {frames} frames have common returns, {FRAMES_NEEDED} are needed")]
+    TooFewFrames {
+        /// Frames with common returns.
+        frames: u64,
+    },
+    /// All common returns lie in one stretch of frames, whose scatter is unknown.
+    #[error("all common returns lie in one short stretch of the log")]
+    OneStretch,
+    /// All common returns lie on few pieces of surface, whose scatter is unknown.
+    #[error("all common returns lie on {groups} pieces of surface, {GROUPS_NEEDED} are needed")]
+    FewSurfaces {
+        /// How many.
+        groups: u64,
+    },
+    /// The run that is better on the common returns predicts less than half of what the other does. A map in pieces that
+    /// do not meet agrees with itself wherever they are, and has little in common with any other.
+    #[error(
+        "the run that the common returns speak for predicts {} returns, the other {}: a map in pieces agrees with itself",
+        thousands(.predicted),
+        thousands(.other)
+    )]
+    LessCovered {
+        /// Returns that it predicts from other parts of the drive.
+        predicted: u64,
+        /// Those that the other does.
+        other: u64,
+    },
+    /// Every interval contains 0.
+    #[error("no scale shows a difference outside its interval")]
+    NoDifference,
+}
+
+impl Verdict {
+    /// The verdict in plain words, frames named by the ordinals they were added under.
+    pub fn reason(&self, scales: Scales) -> String {
+        self.reason_with(scales, |ordinal| ordinal)
+    }
+
+    /// The verdict in plain words. `frame_of` gives the frame's number for an ordinal: of a sample the
+    /// two differ.
+    pub fn reason_with(&self, scales: Scales, frame_of: impl Fn(u64) -> u64) -> String {
+        match self {
+            Self::Better { decided_at_m, returns, .. } => {
+                format!("better {} ({returns} common returns)", reach(*decided_at_m, scales))
+            }
+            Self::Mixed { decided_at_m, opposed_at_m, places, returns, .. } => {
+                let named = |p: &Stretch| match (frame_of(p.first), frame_of(p.last)) {
+                    (first, last) if first == last => format!("{first}"),
+                    (first, last) => format!("{first}–{last}"),
+                };
+                let places: Vec<_> = places.iter().map(named).collect();
+                format!(
+                    "better on the whole, {}, but worse in frames {} at {opposed_at_m} m ({returns} common returns)",
+                    reach(*decided_at_m, scales),
+                    places.join(", "),
+                )
+            }
+            Self::Same { apart_at_most_m, returns } => {
+                let apart = |(scale_m, apart_m): &(f64, f64)| format!("{} m at {scale_m} m", short(*apart_m));
+                let apart: Vec<_> = apart_at_most_m.iter().map(apart).collect();
+                format!("the same: apart by at most {} ({returns} common returns)", apart.join(", "))
+            }
+            Self::Undecided { reason } => format!("undecided: {reason}"),
+        }
+    }
+}
+
+/// A length that is at most so long, with two digits that count; what is shorter than a micrometre is printed as one.
+fn short(length_m: f64) -> String {
+    let length_m = if length_m > 0.0 { length_m.max(1e-6) } else { 0.0 };
+    let digits = if length_m > 0.0 { (1.0 - libm::log10(length_m).floor()).clamp(0.0, 6.0) } else { 0.0 };
+    format!("{length_m:.*}", digits as usize)
+}
+
+/// What the scale that decided says.
+fn reach(scale_m: f64, scales: Scales) -> String {
+    match scales.lengths().reach(scale_m) {
+        Reach::Global => format!("globally: decided at the {scale_m} m scale"),
+        Reach::Middle(unit) => format!("at the {unit} scale: decided at {scale_m} m, undecided above"),
+        Reach::Local(_) => format!("locally: decided at {scale_m} m, undecided above"),
+        Reach::Fine(unit) => format!("only at the {unit} scale: decided at {scale_m} m, undecided above"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::short;
+
+    #[test]
+    fn lengths_have_two_digits_and_are_never_zero() {
+        let printed = [12.345, 0.2149, 0.012_345, 3e-10, 0.0].map(short);
+        assert_eq!(printed, ["12", "0.21", "0.012", "0.000001", "0"]);
+    }
+}
