@@ -120,7 +120,7 @@ def test_surfels_are_arrays(built):
     centres, normals = built.surfels()
     assert centres.shape == normals.shape == (len(built), 3)
     assert np.abs(np.linalg.norm(normals, axis=1) - 1).max() < 1e-3
-    assert 0.29 < built.voxel < 0.31 and "surfels" in repr(built)
+    assert 0.49 < built.voxel < 0.51 and "surfels" in repr(built)
 
 
 def test_rays_meet_the_surfels_that_they_aim_at(built):

@@ -123,7 +123,7 @@ def test_tables_have_lengths_beside_squares(result):
         assert row["r_cv_10_m2"] == square and row["r_cv_10_m"] == math.sqrt(square)
         assert 0 <= row["coverage"] <= 1
     pairs = pandas.DataFrame.from_arrow(result.pairs)
-    assert len(pairs) == 6 and set(pairs["verdict"]) == {"truth", "noise", "drift"}
+    assert len(pairs) == 6 and set(pairs["verdict"]) == {"truth", "noise", "mixed"}
 
 
 def test_a_run_alone_has_a_table_of_pairs_without_rows(alone, result):
