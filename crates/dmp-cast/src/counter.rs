@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use dmp_disk::{BudgetCache, Weight};
-use dmp_map::{Crossing, Independence, MapError, Store, Tally, TileExtent, TileId, TileSource};
+use dmp_map::{Crossing, MapError, Store, Tally, TileExtent, TileId, TileSource};
 
 use crate::journey::{JourneyBuffers, Tiles, Traveller, Wait, travel};
 use crate::lanes::{Job, Simd};
@@ -18,13 +18,12 @@ const ON_M: f64 = 0.5;
 
 /// Counts which surfels of a stored map rays pass through and end on.
 ///
-/// A ray *ends on* every surfel that it crosses within 0.5 m of its measured range, whatever the segments. It *passes
-/// through* a surfel if it ends more than 0.5 m behind the surfel's plane, measured perpendicular to the plane. This
-/// counts only where the surfel is independent of the ray, so that no part of the drive contradicts itself.
+/// A ray *ends on* every surfel that it crosses within 0.5 m of its measured range. It *passes through* a surfel if it ends
+/// more than 0.5 m behind the surfel's plane, measured perpendicular to the plane. Segments do not matter: what a vehicle
+/// follows leaves its trail where the rays of the same segment go.
 #[derive(Debug)]
 pub struct CrossingCounter {
     store: Store,
-    reach: i32,
     tiles: BudgetCache<TileId, NumberedTile>,
     path: Path,
 }
@@ -53,10 +52,9 @@ pub struct CountBuffers {
 }
 
 impl CrossingCounter {
-    /// A counter over `store` that keeps at most about `budget_bytes` of tiles in memory. Up to `reach` segments to
-    /// each side of a ray's own are not independent of it.
-    pub fn new(store: Store, reach: i32, budget_bytes: usize) -> Self {
-        Self { store, reach, tiles: BudgetCache::new(budget_bytes), path: Path::best() }
+    /// A counter over `store` that keeps at most about `budget_bytes` of tiles in memory.
+    pub fn new(store: Store, budget_bytes: usize) -> Self {
+        Self { store, tiles: BudgetCache::new(budget_bytes), path: Path::best() }
     }
 
     /// The map.
@@ -133,14 +131,12 @@ impl Job for CountBlock<'_> {
             ..CastSettings::default()
         };
         journey.order.as_given(queries);
-        let mut counting = Counting { reach: counter.reach, queries, tally, rays, lists, crossings };
+        let mut counting = Counting { tally, rays, lists, crossings };
         travel(simd, counter, &settings, queries, journey, &mut counting)
     }
 }
 
 struct Counting<'a> {
-    reach: i32,
-    queries: &'a [Query],
     tally: &'a Tally,
     rays: &'a mut PacketRays,
     lists: &'a mut SearchLists,
@@ -161,7 +157,7 @@ impl Traveller for Counting<'_> {
     ) -> Result<(), MapError> {
         let NumberedTile { tile, places, surfels } = numbered;
         let tile = &tile.view();
-        let Self { reach, queries, tally, rays, lists, crossings } = self;
+        let Self { tally, rays, lists, crossings } = self;
         crossings.clear();
         for wait in waits {
             let packet = &packets[wait.packet as usize];
@@ -169,19 +165,14 @@ impl Traveller for Counting<'_> {
             rays.from_m = [0.0; RAYS];
             // The border itself belongs to the next tile.
             rays.to_m = ends.map(f32::next_down);
-            let segment = queries[packet.query(0)].segment;
-            let independence = segment.map(|segment| Independence::of(segment, *reach));
             let each = |lane: usize, leaf: usize, disc: usize, range_m: f32| {
-                let [low, high] = tile.support[leaf].of(disc);
-                let is_independent = || independence.is_some_and(|i| i.holds(low, high));
                 let beyond_m = rays.measured_m[lane] - range_m;
                 let on = beyond_m <= ON_M as f32;
                 // At grazing incidence the ray leaves the surfel's plane slowly, and a small error of the plane moves
                 // the crossing far.
                 let normal = tile.leaves[leaf].disc(disc, 3);
                 let cos: f32 = (0..3).map(|k| rays.direction[k][lane] * normal[k]).sum();
-                let through = || beyond_m * cos.abs() > ON_M as f32 && is_independent();
-                if on || through() {
+                if on || beyond_m * cos.abs() > ON_M as f32 {
                     crossings.push(Crossing { surfel: places[leaf * LEAF_DISCS + disc], on });
                 }
             };

@@ -28,10 +28,9 @@ use std::sync::Arc;
 use anstream::AutoStream;
 
 use console::Common;
-pub use console::Host;
 use console::Hosted;
 use console::Terminal;
-pub use console::{Exit, Failure, FailureKind};
+pub use console::{Exit, Failure, FailureKind, Host};
 use console::{Printed, commands_anywhere};
 use console::{is_closed_pipe, one_line, when_printed};
 use dmp_log::is_printable;

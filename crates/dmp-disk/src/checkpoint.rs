@@ -10,7 +10,7 @@ use crate::left_behind::CHECKPOINT;
 use crate::work_folder::WorkFolder;
 
 const MAGIC: [u8; 8] = *b"DMPCHECK";
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 /// Magic, version, CRC-32 of what follows it, length of the content.
 const HEADER_BYTES: usize = 24;
 

@@ -24,19 +24,13 @@ mod words;
 
 pub use colour::{colour_of_residual, colour_of_size};
 pub use page::{PageInput, page, suite_page, truth_page};
-pub use pictures::DiscInWorld;
-pub use pictures::{FrameScore, SampledReturn, SeenFrame};
-pub use pictures::{Painter, Pictures};
-pub use pictures::{Pass, WorstPlace, worst_places};
-pub use truth::{TruthPlots, TruthPose, TruthRun, TruthStats, truth_picture};
-pub use words::answer;
-pub use words::laid_onto;
-pub use words::promise;
-pub use words::warnings;
-pub use words::{
-    DRIFT_HEADS, drift_beside_scores, drift_compared, drift_in_words, drift_row, metres, metres_between,
-    pairs_in_words,
+pub use pictures::{
+    DiscInWorld, FrameScore, Painter, Pass, Pictures, SampledReturn, SeenFrame, WorstPlace, worst_places,
 };
-pub use words::{OrderedPair, every_pair, main_pairs};
-pub use words::{OrderedVersions, log_word, ordered_versions, p_value, suite_answer, suite_promise};
-pub use words::{Ranking, RankingRow, ScoreColumn, legend, ranking};
+pub use truth::{TruthPlots, TruthPose, TruthRun, TruthStats, truth_picture};
+pub use words::{
+    DRIFT_HEADS, OrderedPair, OrderedVersions, Ranking, RankingRow, ScoreColumn, answer, drift_beside_scores,
+    drift_compared, drift_in_words, drift_row, every_pair, laid_onto, legend, log_word, main_pairs, metres,
+    metres_between, ordered_versions, p_value, pairs_in_words, promise, ranking, suite_answer, suite_promise,
+    warnings,
+};

@@ -63,45 +63,34 @@ mod scans;
 mod writers;
 
 pub use error::{LogError, ParseError, PlaceInFile};
-pub use file::Damage;
-pub use file::write_times;
-pub use file::{is_printable, printable, shown_path};
-pub use geometry::LengthUnit;
-pub use geometry::{CloudFormat, CloudSummary, CloudWriter, OrientedPoint, read_cloud};
-pub use geometry::{MeshFormat, MeshSummary, is_mesh, read_mesh};
-pub use logs::MadeWith;
-pub use logs::{Companions, is_of_log};
-pub use logs::{FileRanges, LogIndex};
-pub use logs::{LogOutline, outline_log};
-pub use logs::{open_log, survey_log};
-pub use messages::McapCompression;
-pub use messages::StaticFrames;
-pub use points::{PointTime, StampAt, TimeUnit};
-pub use poses::{Calib, find_calib, parse_calib, read_calib};
-pub use poses::{
-    Candidate, CandidateFault, KeyframeTimes, KeyframeTimesFault, LoopCandidates, LoopLabels, PoseGraphFile,
-    SkippedCandidate, parse_keyframe_times, parse_keyframe_times_in, parse_loop_candidates,
-    parse_loop_labels, parse_pose_graph, read_keyframe_times, read_keyframe_times_in, read_loop_candidates,
-    read_loop_labels, read_pose_graph, write_keyframe_times, write_pose_edges, write_pose_graph,
+pub use file::{Damage, is_printable, printable, shown_path, write_times};
+pub use geometry::{
+    CloudFormat, CloudSummary, CloudWriter, LengthUnit, MeshFormat, MeshSummary, OrientedPoint, is_mesh,
+    read_cloud, read_mesh,
 };
+pub use logs::{
+    Companions, FileRanges, LogIndex, LogOutline, MadeWith, is_of_log, open_log, outline_log, survey_log,
+};
+pub use messages::{McapCompression, StaticFrames};
+pub use points::{PointTime, StampAt, TimeUnit};
 pub use poses::{
-    GraphVertices, PoseTopic, RawTrajectory, TopicTrajectory, TrajectoryFile, TrajectoryFormat,
-    TrajectoryParseError, is_bag, parse_euroc, parse_g2o, parse_kitti, parse_npy, parse_raw,
-    parse_redwood_log, parse_tum, read_raw_trajectory, read_raw_trajectory_as, read_topic_trajectory,
-    read_trajectory, read_trajectory_as, write_euroc, write_kitti, write_redwood_log, write_tum,
+    Calib, Candidate, CandidateFault, GraphVertices, KeyframeTimes, KeyframeTimesFault, LoopCandidates,
+    LoopLabels, PoseGraphFile, PoseTopic, RawTrajectory, SkippedCandidate, TopicTrajectory, TrajectoryFile,
+    TrajectoryFormat, TrajectoryParseError, find_calib, is_bag, parse_calib, parse_euroc, parse_g2o,
+    parse_keyframe_times, parse_keyframe_times_in, parse_kitti, parse_loop_candidates, parse_loop_labels,
+    parse_npy, parse_pose_graph, parse_raw, parse_redwood_log, parse_tum, read_calib, read_keyframe_times,
+    read_keyframe_times_in, read_loop_candidates, read_loop_labels, read_pose_graph, read_raw_trajectory,
+    read_raw_trajectory_as, read_topic_trajectory, read_trajectory, read_trajectory_as, write_euroc,
+    write_keyframe_times, write_kitti, write_pose_edges, write_pose_graph, write_redwood_log, write_tum,
     write_tum_poses,
 };
-pub use scans::LogOptions;
-pub use scans::LogSetting;
-pub use scans::{FieldInfo, FieldMeaning};
-pub use scans::{FrameInfo, OutlinedScan};
-pub use scans::{LogFormat, LogSummary, NO_CHECKSUMS, TopicInfo};
-pub use scans::{LogSurvey, ScanLog, ScanReader, ScanStream};
-pub use scans::{MemoryLog, MemoryLogFault};
-pub use scans::{StampJump, stamp_jumps};
-pub use writers::{DepthFolderWriter, encode_depth_png};
-pub use writers::{FolderFormat, FolderScanWriter};
-pub use writers::{KeptPart, KeptReader, KeptWriter, RETURN_BYTES, is_kept};
-pub use writers::{McapScanWriter, McapWriterOptions};
-pub use writers::{ResidualFormat, ResidualHead, ResidualWriter, ScoredPoint, ScoredScan};
-pub use writers::{SceneCloud, SceneHead, ScenePlace, ScenePoint, SceneRun, SceneWriter};
+pub use scans::{
+    FieldInfo, FieldMeaning, FrameInfo, LogFormat, LogOptions, LogSetting, LogSummary, LogSurvey, MemoryLog,
+    MemoryLogFault, NO_CHECKSUMS, OutlinedScan, ScanLog, ScanReader, ScanStream, StampJump, TopicInfo,
+    stamp_jumps,
+};
+pub use writers::{
+    DepthFolderWriter, FolderFormat, FolderScanWriter, KeptPart, KeptReader, KeptWriter, McapScanWriter,
+    McapWriterOptions, RETURN_BYTES, ResidualFormat, ResidualHead, ResidualWriter, SceneCloud, SceneHead,
+    ScenePlace, ScenePoint, SceneRun, SceneWriter, ScoredPoint, ScoredScan, encode_depth_png, is_kept,
+};

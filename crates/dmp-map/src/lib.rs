@@ -27,7 +27,6 @@
 //! ```
 
 mod error;
-mod free_voxels;
 mod fuser;
 mod grid;
 mod patch;
@@ -35,29 +34,24 @@ mod store;
 mod sums;
 mod surfels;
 mod tally;
+mod thinned;
 mod triangle_sampler;
 mod voxels;
 mod write_map;
 
 pub use dmp_disk::TileId;
 pub use error::MapError;
-pub use free_voxels::{FreeVoxels, MarkBuffers};
 pub use fuser::{FuseBuffers, MapFuser, SCRATCH_VOXEL_BYTES};
-pub use grid::Lattice;
-pub use grid::TileSpan;
-pub use grid::TileTable;
 #[doc(hidden)]
 pub use grid::UNITS_PER_M;
+pub use grid::{Lattice, TileSpan, TileTable};
 pub use patch::{PatchBuilder, PatchWriter, Patches, PlacedPatches, Placement, PointsOfVoxel};
 pub use store::{Blob, Durability, Origin, OwnDisc, Store, StoreSummary, TileEntry, VERSION, join_stores};
 pub use sums::{SumsBlock, SumsFile, SumsList, merge_sums};
-pub use surfels::Surfel;
-pub use surfels::TileSource;
-pub use surfels::smallest_eigenvector;
 #[doc(hidden)]
 pub use surfels::{LooseSurfels, WorldSurfel};
-pub use surfels::{Tile, TileExtent};
+pub use surfels::{Surfel, Tile, TileExtent, TileSource, smallest_eigenvector};
 pub use tally::{Crossing, Met, Tally};
+pub use thinned::thin_map;
 pub use triangle_sampler::TriangleSampler;
-pub use voxels::{BRICK_EDGE, fused_bytes};
-pub use voxels::{Independence, Support};
+pub use voxels::{BRICK_EDGE, Independence, Support, fused_bytes};

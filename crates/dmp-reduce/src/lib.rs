@@ -50,28 +50,14 @@ mod sums;
 mod verdicts;
 
 pub use error::ReduceError;
-pub use numbers::Confidence;
-pub use numbers::FixedSum;
-pub use numbers::log_likelihood_raw;
-pub use numbers::mixed;
-pub use numbers::{Holm, Median, sign_test, signs_needed};
+pub use numbers::{Confidence, FixedSum, Holm, Median, log_likelihood_raw, mixed, sign_test, signs_needed};
 pub use reducer::{Layout, Reducer, Seen};
-pub use residual::Basis;
-pub use residual::KeptReturn;
-pub use residual::MissPrice;
-pub use residual::Squares;
-pub use residual::{DepthResidual, HitKind, Residuals};
-pub use residual::{Lengths, Reach, Scales};
-pub use residual::{SurfaceGroup, floor};
-pub use sums::FrameSet;
-pub use sums::NarrowSums;
-pub use sums::{Estimate, Interval};
-pub use sums::{FrameSums, PairSums};
-pub use sums::{RunSums, Withheld};
-pub use verdicts::Comparison;
-pub use verdicts::ScaleComparison;
-pub use verdicts::{Comparisons, RunScores};
-pub use verdicts::{GuardCheck, Stretch};
-pub use verdicts::{Margin, Promise};
-pub use verdicts::{Ranked, order_runs};
-pub use verdicts::{UndecidedReason, Verdict};
+pub use residual::{
+    Basis, DepthResidual, HitKind, KeptReturn, Lengths, MissPrice, Reach, Residuals, Scales, Squares,
+    SurfaceGroup, floor,
+};
+pub use sums::{Estimate, FrameSet, FrameSums, Interval, NarrowSums, PairSums, RunSums, Withheld};
+pub use verdicts::{
+    Comparison, Comparisons, GuardCheck, Margin, Promise, Ranked, RunScores, ScaleComparison, Stretch,
+    UndecidedReason, Verdict, order_runs,
+};

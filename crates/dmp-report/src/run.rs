@@ -142,12 +142,10 @@ pub struct MapReport {
     pub thin_voxels: Option<u64>,
     /// Points of a given cloud, or triangles of a given mesh, that are not finite.
     pub map_points_dropped: u64,
-    /// Surfels with all returns in the map; null where trails were not looked for.
+    /// Surfels before trails were excluded; null where they were not looked for.
     pub surfels_with_trails: Option<u64>,
-    /// How many of those rays pass through: see `docs/metric.md`.
+    /// How many of those were excluded, since rays pass through them: see `docs/metric.md`.
     pub surfels_contradicted: Option<u64>,
-    /// Returns that were excluded from the map because they lie on trails; they are scored all the same.
-    pub returns_left_out: Option<u64>,
 }
 
 impl MapReport {
@@ -160,6 +158,5 @@ impl MapReport {
         self.map_points_dropped += other.map_points_dropped;
         self.surfels_with_trails = sum(self.surfels_with_trails, other.surfels_with_trails);
         self.surfels_contradicted = sum(self.surfels_contradicted, other.surfels_contradicted);
-        self.returns_left_out = sum(self.returns_left_out, other.returns_left_out);
     }
 }

@@ -80,7 +80,7 @@ impl ShardPlan {
     pub fn check_settings(config: &Config) -> Result<(), EvaluateError> {
         let refused = |setting, why| Err(EvaluateError::setting(setting, "in parts".to_owned(), why));
         if config.free_space {
-            let why = "the search for trails needs two more passes over the whole log";
+            let why = "the search for trails needs the whole map";
             return refused(SettingName::FreeSpace, why);
         }
         if config.decide.is_some() {

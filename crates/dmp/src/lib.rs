@@ -4,7 +4,7 @@
 //! [`evaluate`] takes a log of scans and the [`Run`]s to compare; a run is a trajectory and optionally a map.
 //! It returns a [`Report`]: every run's scores, every pair's verdict and the ranking. First it plans: which
 //! scans, returns, voxels and segments count, the same for all runs. Then it fuses each run's map, casts
-//! every return into every map, and reduces the residuals. It reads the log twice, or four times with
+//! every return into every map, and reduces the residuals. It reads the log twice, an eighth once more with
 //! [`Config::free_space`], on any number of threads and in bounded memory. Reading order, threads and memory
 //! change no number.
 //!

@@ -12,7 +12,6 @@ use crate::common::{drift, plain, runs_of, score, small_town, write_mcap};
 pub(crate) const VOXEL_M: f64 = 1.0;
 
 pub(crate) struct Disc {
-    pub(crate) voxel: [i64; 3],
     centre: Vector3<f64>,
     normal: Vector3<f64>,
     segments: Vec<i64>,
@@ -31,11 +30,6 @@ impl Ray {
     fn end_units(&self) -> [i64; 3] {
         let end = self.origin + self.direction * self.z;
         [end.x, end.y, end.z].map(|c| (c * 8192.0).round() as i64)
-    }
-
-    /// The voxel that the ray ends in.
-    pub(crate) fn voxel(&self) -> [i64; 3] {
-        self.end_units().map(|c| c.div_euclid((VOXEL_M * 8192.0) as i64))
     }
 
     /// Where the ray crosses a disc, if it does.
@@ -123,12 +117,7 @@ pub(crate) fn surfels(rays: &[Ray]) -> Vec<Disc> {
                 let normal = eigen.eigenvectors.column(order[0]).into_owned();
                 let corner = Vector3::from(voxel.map(|v| (v * edge) as f64 / 8192.0));
                 let (centre, normal) = rounded(corner, mean(&points), normal);
-                discs.push(Disc {
-                    voxel: *voxel,
-                    centre,
-                    normal,
-                    segments: members.iter().map(|m| m.1).collect(),
-                });
+                discs.push(Disc { centre, normal, segments: members.iter().map(|m| m.1).collect() });
             }
         }
     }

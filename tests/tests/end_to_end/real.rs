@@ -66,3 +66,27 @@ fn a_robot_that_stands_still_shows_the_noise_floor() {
         assert!(unposed > 0 && unposed < report.inputs.returns / 14);
     }
 }
+
+/// A vehicle drives beside the sensor all the way: its trail blocks four of ten returns.
+#[test]
+fn trails_of_traffic_hide_no_order_once_they_are_excluded() {
+    let Some(data) = real_data("udacity22") else { return };
+    let names = ["gicp_model", "D_rigid", "kiss", "kiss_r20", "gicp_scan_v1"];
+    let runs = names.map(|name| Run::new(name, trajectory(&data.join(format!("poses_{name}.tum")))));
+    let report = score(&data.join("scans"), &runs, &Config { free_space: true, ..plain() });
+    assert!(report.runs.iter().all(|run| run.blocked_rate.unwrap() < 0.15));
+    // The second is the first, moved as one piece. The other orders were known by registration.
+    for pair in &report.pairs {
+        let first = names.iter().position(|name| *name == pair.a);
+        match (first, pair.b.as_str()) {
+            (Some(0), "D_rigid") => assert!(matches!(pair.verdict, Verdict::Same { .. }), "{pair:?}"),
+            (Some(0 | 1), _) => {
+                assert!(matches!(&pair.verdict, Verdict::Better { run, .. } if *run == pair.a), "{pair:?}")
+            }
+            (Some(2), "kiss_r20") => {
+                assert!(!matches!(&pair.verdict, Verdict::Better { run, .. } if *run != pair.a), "{pair:?}");
+            }
+            _ => {}
+        }
+    }
+}

@@ -45,8 +45,8 @@ pub(crate) static SEGMENT: Opt<Option<SegmentLength>> = Opt {
 };
 pub(crate) static FREE_SPACE: Opt<bool> = Opt {
     sets: Some(|config, is_on| config.free_space = is_on),
-    help: "Exclude returns of moving objects from all maps: those whose surfels rays of other segments pass through. Reads \
-           the log four times instead of twice; not with --map",
+    help: "Exclude trails of moving objects from all maps: surfels that rays pass through. Follows the rays of every eighth \
+           scan; not with --map",
     ..Opt::switch(ReturnsAndMap, "free-space")
 };
 pub(crate) static DRIFT: Opt<DriftPairs> = Opt {

@@ -10,7 +10,7 @@ pub struct PassTimes {
     pub plan_s: f64,
     /// Fusing the maps, seconds.
     pub fuse_s: f64,
-    /// Finding trails and fusing the maps without them, seconds.
+    /// Finding trails and writing the maps without them, seconds.
     pub trails_s: f64,
     /// Casting and reducing, seconds.
     pub cast_s: f64,

@@ -147,8 +147,8 @@ pub struct Config {
     /// Longest gap between poses that is interpolated, nanoseconds; `None`: 1 s, or three times the
     /// trajectory's median interval if longer.
     pub max_time_gap_ns: Option<i64>,
-    /// Whether returns on the trails of moving objects are excluded from the maps: two more passes over the
-    /// log. Requires maps fused from the scans.
+    /// Whether trails of moving objects are excluded from the maps: the rays of every eighth scan, at least of 100, are
+    /// followed. Requires maps fused from the scans.
     pub free_space: bool,
     /// The cost in `R_cv` of a return that no independent surfel predicts, at its largest truncation.
     pub miss_price: MissPrice,

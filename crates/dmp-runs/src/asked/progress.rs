@@ -16,7 +16,7 @@ pub enum Stage {
     Fuse,
     /// Surfels are computed and stored. Counted in tiles.
     Surfels,
-    /// The rays of returns are counted in every map, to find trails. Counted in returns.
+    /// The rays of a sample of scans are counted in every map, to find trails. Counted in returns.
     Trails,
     /// Returns are cast into every run's map. Counted in returns.
     Cast,

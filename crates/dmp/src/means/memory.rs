@@ -19,8 +19,6 @@ const CAST_SHARE: f64 = 0.55;
 /// The tiles in which rays are counted, and the counts, during the search for trails.
 const COUNTED_TILES_SHARE: f64 = 0.3;
 const COUNTS_SHARE: f64 = 0.2;
-/// Free voxels while maps are fused without trails.
-const FREE_VOXELS_SHARE: f64 = 0.1;
 
 // Fixed memory, before anything is shared:
 
@@ -104,11 +102,7 @@ impl Budget {
 
     /// For each of several runs during the search for trails, bytes.
     pub(crate) fn trails(&self, runs: usize) -> TrailBytes {
-        TrailBytes {
-            tiles: self.share(COUNTED_TILES_SHARE) / runs,
-            counts: self.share(COUNTS_SHARE) / runs,
-            free_voxels: self.share(FREE_VOXELS_SHARE) / runs,
-        }
+        TrailBytes { tiles: self.share(COUNTED_TILES_SHARE) / runs, counts: self.share(COUNTS_SHARE) / runs }
     }
 
     fn share(&self, share: f64) -> usize {
@@ -123,8 +117,6 @@ pub(crate) struct TrailBytes {
     pub(crate) tiles: usize,
     /// The counts.
     pub(crate) counts: usize,
-    /// The voxels detected as free.
-    pub(crate) free_voxels: usize,
 }
 
 /// The memory needs of threads that score places.

@@ -8,4 +8,4 @@ mod work;
 pub(crate) use extent::Extent;
 pub(crate) use memory::PlaceNeeds;
 pub use peak::{machine_memory_bytes, peak_anonymous_bytes};
-pub(crate) use work::{Checkpoint, Round, Work};
+pub(crate) use work::{Checkpoint, Work};

@@ -26,15 +26,6 @@ pub(crate) struct Work {
     resumed: bool,
 }
 
-/// The round in which the maps are fused.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Round {
-    /// With all returns.
-    First,
-    /// Without returns on trails.
-    WithoutTrails,
-}
-
 /// A checkpoint has a type and a file name for every stage.
 pub(crate) trait Checkpoint: Serialize + DeserializeOwned {
     const NAME: &'static str;
@@ -105,23 +96,23 @@ impl Work {
         self.every.is_some_and(|every| last.elapsed() >= every)
     }
 
-    pub(crate) fn save<C: Checkpoint>(&self, round: Round, state: &C) -> Result<(), EvaluateError> {
+    pub(crate) fn save<C: Checkpoint>(&self, state: &C) -> Result<(), EvaluateError> {
         let bytes = postcard::to_allocvec(state).map_err(EvaluateError::Checkpoint)?;
-        self.folder.save(&name::<C>(round), &bytes)?;
+        self.folder.save(C::NAME, &bytes)?;
         *self.last.lock().unwrap_or_else(PoisonError::into_inner) = Instant::now();
         Ok(())
     }
 
-    pub(crate) fn load<C: Checkpoint>(&self, round: Round) -> Result<Option<C>, EvaluateError> {
-        let Some(bytes) = self.folder.load(&name::<C>(round))? else {
+    pub(crate) fn load<C: Checkpoint>(&self) -> Result<Option<C>, EvaluateError> {
+        let Some(bytes) = self.folder.load(C::NAME)? else {
             return Ok(None);
         };
         postcard::from_bytes(&bytes).map(Some).map_err(EvaluateError::Checkpoint)
     }
 
     /// Whether there is a checkpoint.
-    pub(crate) fn holds<C: Checkpoint>(&self, round: Round) -> bool {
-        self.folder.holds(&name::<C>(round))
+    pub(crate) fn holds<C: Checkpoint>(&self) -> bool {
+        self.folder.holds(C::NAME)
     }
 
     /// Syncs a file to disk before a checkpoint refers to it.
@@ -134,8 +125,8 @@ impl Work {
         self.folder.remove_files(extension);
     }
 
-    pub(crate) fn forget<C: Checkpoint>(&self, round: Round) {
-        self.folder.forget(&name::<C>(round));
+    pub(crate) fn forget<C: Checkpoint>(&self) {
+        self.folder.forget(C::NAME);
     }
 
     /// Leaves the folder for another process if there is a checkpoint, and notifies the watcher of its path.
@@ -144,13 +135,6 @@ impl Work {
             self.folder.keep();
             progress.note(&Note::WorkKept { folder: self.folder.path().to_path_buf() });
         }
-    }
-}
-
-fn name<C: Checkpoint>(round: Round) -> String {
-    match round {
-        Round::First => C::NAME.to_owned(),
-        Round::WithoutTrails => format!("{}-without-trails", C::NAME),
     }
 }
 

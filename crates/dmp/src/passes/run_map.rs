@@ -24,8 +24,6 @@ pub(crate) struct TrailFacts {
     pub(crate) surfels: u64,
     /// Number of them that the rays contradict.
     pub(crate) contradicted: u64,
-    /// Returns that were excluded from the run's map because they lie on trails.
-    pub(crate) left_out: u64,
 }
 
 /// The map of one run, ready for casting.

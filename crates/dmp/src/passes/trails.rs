@@ -1,61 +1,31 @@
-//! Detects the trails of moving objects: parts of the maps that rays of the log pass through.
+//! Detects the trails of moving objects: surfels that rays of the log pass through.
 
-use dmp_cast::{CastSettings, CountBuffers, CrossingCounter, Query};
-use dmp_map::{FreeVoxels, MarkBuffers, Met, Store, Tally};
-use dmp_runs::{EvaluateError, PlannedFrame, Poser, Stage, posed};
-use dmp_sensor::{ReturnCounts, Scan};
+use std::path::Path;
+
+use dmp_cast::{CountBuffers, CrossingCounter, Query};
+use dmp_map::{MapError, Met, Store, Tally, thin_map};
+use dmp_runs::{EvaluateError, PlannedFrame, PosedRun, Poser, Stage, posed};
+use dmp_sensor::Scan;
 
 use crate::means::peak;
-use crate::passes::evaluation::{Evaluation, FuseTotals};
+use crate::passes::evaluation::Evaluation;
 use crate::passes::frames::{Worker, each_frame_of};
-use crate::passes::run_map::{RunMap, TrailFacts};
+use crate::passes::fuse::{Fused, Life};
+use crate::passes::run_map::{MapFacts, RunMap, TrailFacts};
+use crate::passes::survey::spread;
 
 /// Rays that must pass through a surfel for it to count as free space.
 const MIN_THROUGH: u32 = 4;
-/// The trails in each run's map, by the rays of the log.
-#[derive(Debug)]
-pub(crate) struct Trails {
-    pub(crate) of_runs: Vec<RunTrails>,
-    pub(crate) counts: ReturnCounts,
-    pub(crate) scratch_bytes: u64,
-}
 
-/// The trails in one run's map.
-#[derive(Debug)]
-pub(crate) struct RunTrails {
-    name: String,
-    free: FreeVoxels,
-    pub(crate) facts: TrailFacts,
-}
-
-/// Per-thread buffers of [`Trails::take_out`].
-#[derive(Debug, Default)]
-pub(crate) struct TrailBuffers {
-    marks: Vec<bool>,
-    voxels: MarkBuffers,
-}
-
-impl Trails {
-    /// Takes the points of a run's returns out that lie on its trails: the surfel there is contradicted. Returns their
-    /// number.
-    pub(crate) fn take_out(
-        &self,
-        run: usize,
-        points: &mut Vec<[f64; 3]>,
-        buffers: &mut TrailBuffers,
-    ) -> Result<u64, EvaluateError> {
-        let (TrailBuffers { marks, voxels }, run) = (buffers, &self.of_runs[run]);
-        run.free.mark(points.iter().copied(), marks, voxels).map_err(EvaluateError::map_of(&run.name))?;
-        let (before, mut marks) = (points.len(), marks.iter());
-        points.retain(|_| marks.next() != Some(&true));
-        Ok((before - points.len()) as u64)
-    }
-}
+/// The rays of one scan in so many are followed, and of no fewer scans than these.
+const SCANS_PER_SAMPLED: usize = 8;
+const FEWEST_SAMPLED: usize = 100;
 
 /// A run's map while rays are counted in it.
 struct Counting {
     counter: CrossingCounter,
     tally: Tally,
+    facts: MapFacts,
 }
 
 struct CountWorker<'e> {
@@ -63,7 +33,6 @@ struct CountWorker<'e> {
     evaluation: &'e Evaluation<'e, Counting>,
     queries: Vec<Query>,
     buffers: CountBuffers,
-    counts: ReturnCounts,
 }
 
 impl Worker for CountWorker<'_> {
@@ -71,60 +40,76 @@ impl Worker for CountWorker<'_> {
         let Self { poser, evaluation, queries, buffers, .. } = self;
         let counts = poser.blocks((ordinal, frame), scan, |block| {
             for (number, run) in evaluation.runs.iter().enumerate() {
-                let segment = run.path.segment(ordinal);
                 queries.clear();
-                queries.extend(block.posed(number).map(|(_, &ray)| Query { ray, segment }));
-                let Counting { counter, tally } = &run.map;
+                queries.extend(block.posed(number).map(|(_, &ray)| Query { ray, segment: None }));
+                let Counting { counter, tally, .. } = &run.map;
                 counter.count(queries, tally, buffers).map_err(EvaluateError::map_of(run.name()))?;
             }
             Ok::<(), EvaluateError>(())
         })?;
-        self.counts.merge(&counts);
         self.evaluation.progress.advance(counts.total());
         Ok(())
     }
 }
 
 impl<'a> Evaluation<'a, RunMap> {
-    /// Counts how every ray meets every run's map, in one pass over the log, and finds the contradicted
-    /// surfels. The maps are removed afterwards.
+    /// The maps without trails, if requested: a sample of the log's rays is followed through every map.
     ///
     /// # Errors
-    /// When the log or a map cannot be read, or the counts cannot be spilled.
-    pub(crate) fn find_trails(mut self) -> Result<(Evaluation<'a, Option<Store>>, Trails), EvaluateError> {
-        let bytes = self.work.budget().trails(self.runs.len());
-        let reach = CastSettings::default().reach;
-        let mut runs = Vec::new();
-        for run in std::mem::take(&mut self.runs) {
-            let tally = Tally::new(bytes.counts, self.work.path());
-            let tally = tally.map_err(EvaluateError::map_of(run.name()))?;
-            let (run, map) = run.with_map(());
-            let counter = CrossingCounter::new(map.store, reach, bytes.tiles);
-            runs.push(run.with_map(Counting { counter, tally }).0);
+    /// When the log or a map cannot be read, or a map not be written.
+    pub(crate) fn keep_out_trails(mut self) -> Result<Self, EvaluateError> {
+        if !self.settings.free_space || self.runs.iter().any(|run| run.map.facts.trails.is_some()) {
+            return Ok(self);
         }
+        self.keep_if_due()?;
+        let bytes = self.work.budget().trails(self.runs.len());
+        let counting = |run: PosedRun<'a, RunMap>| {
+            let tally =
+                Tally::new(bytes.counts, self.work.path()).map_err(EvaluateError::map_of(run.name()))?;
+            let (run, RunMap { store, facts }) = run.with_map(());
+            let counter = CrossingCounter::new(store, bytes.tiles);
+            Ok(run.with_map(Counting { counter, tally, facts }).0)
+        };
+        let runs = std::mem::take(&mut self.runs);
+        let runs = runs.into_iter().map(counting).collect::<Result<_, EvaluateError>>()?;
         let mut counting = self.with_runs(runs);
-        let counts = counting.count_crossings()?;
+        counting.count_crossings()?;
         peak::look();
-
-        let mut trails = Trails { of_runs: Vec::new(), counts, scratch_bytes: 0 };
-        let (mut runs, work) = (Vec::new(), std::sync::Arc::clone(&counting.work));
-        for (run, number) in std::mem::take(&mut counting.runs).into_iter().zip(1..) {
-            let (run, Counting { counter, tally }) = run.with_map(None);
-            let path = work.file(&format!("free-{number}"));
-            let find =
-                || FreeVoxels::find(counter.store(), &tally, is_contradicted, &path, bytes.free_voxels);
-            let free = work.install(find).map_err(EvaluateError::map_of(run.name()))?;
-            let (surfels, contradicted) = (counter.store().surfels(), free.count());
-            let facts = TrailFacts { surfels, contradicted, left_out: 0 };
-            trails.of_runs.push(RunTrails { name: run.name().to_owned(), free, facts });
-            trails.scratch_bytes += tally.scratch_bytes();
-            runs.push(run);
+        let mut runs = Vec::new();
+        for run in std::mem::take(&mut counting.runs) {
+            let (run, map) = run.with_map(());
+            let (path, life) = counting.map_file(&run);
+            let (map, scratch_bytes) = map.thinned(&path, life);
+            let map = map.map_err(EvaluateError::map_of(run.name()))?;
+            counting.fused.scratch_bytes += scratch_bytes;
+            runs.push(run.with_map(map).0);
             peak::look();
         }
-        // The next maps are made anew and counted anew.
-        counting.fused = FuseTotals::default();
-        Ok((counting.with_runs(runs), trails))
+        // What is kept next are these maps.
+        counting.work.forget::<Fused>();
+        Ok(counting.with_runs(runs))
     }
+}
+
+impl Counting {
+    /// The map without contradicted surfels, and the bytes of counts that were spilled.
+    fn thinned(self, path: &Path, life: Life) -> (Result<RunMap, MapError>, u64) {
+        let Self { counter, tally, facts } = self;
+        let map = counter.store();
+        let into = (path, map.origin(), life.durability());
+        let thinned = thin_map(map, &tally, is_contradicted, into).and_then(|_| life.open(path));
+        let found = |store: Store| {
+            let surfels = map.surfels();
+            let trails = Some(TrailFacts { surfels, contradicted: surfels - store.surfels() });
+            RunMap { store, facts: MapFacts { trails, ..facts } }
+        };
+        (thinned.map(found), tally.scratch_bytes())
+    }
+}
+
+/// The scans whose rays are followed, evenly spread over those of the log.
+fn sample_of(scans: usize) -> Vec<usize> {
+    spread(scans, FEWEST_SAMPLED.max(scans / SCANS_PER_SAMPLED))
 }
 
 fn is_contradicted(met: Met) -> bool {
@@ -132,21 +117,36 @@ fn is_contradicted(met: Met) -> bool {
 }
 
 impl Evaluation<'_, Counting> {
-    fn count_crossings(&self) -> Result<ReturnCounts, EvaluateError> {
-        self.progress.begin(Stage::Trails, self.returns());
+    fn count_crossings(&self) -> Result<(), EvaluateError> {
+        let frames = self.plan.frames();
+        let sample = sample_of(frames.len());
+        let is_sampled = |ordinal: usize| self.uses(ordinal) && sample.binary_search(&ordinal).is_ok();
+        let returns = sample.iter().filter(|&&k| self.uses(k)).map(|&k| frames[k].returns).sum();
+        self.progress.begin(Stage::Trails, returns);
         let worker = |_| CountWorker {
             poser: Poser::new(posed(&self.runs), &self.plan.filter),
             evaluation: self,
             queries: Vec::new(),
             buffers: CountBuffers::default(),
-            counts: ReturnCounts::default(),
         };
         let workers = (0..self.means.threads).map(worker).collect();
-        let mut counts = ReturnCounts::default();
         let reading = self.plan.reading(self.log, &self.means, self.progress);
-        for worker in each_frame_of(reading, |ordinal| self.uses(ordinal), workers)? {
-            counts.merge(&worker.counts);
+        each_frame_of(reading, is_sampled, workers).map(|_| ())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_eighth_of_the_scans_is_followed_and_of_short_logs_a_hundred() {
+        for (scans, followed) in [(0, 0), (22, 22), (101, 100), (800, 100), (808, 101), (80_000, 10_000)] {
+            let sample = sample_of(scans);
+            assert_eq!(sample.len(), followed, "{scans}");
+            assert!(
+                sample.windows(2).all(|pair| pair[1] > pair[0]) && sample.iter().all(|&scan| scan < scans)
+            );
         }
-        Ok(counts)
     }
 }

@@ -33,7 +33,6 @@ pub(crate) fn map_report(store: &Store, facts: &MapFacts) -> MapReport {
         map_points_dropped: facts.points_dropped,
         surfels_with_trails: facts.trails.map(|trails| trails.surfels),
         surfels_contradicted: facts.trails.map(|trails| trails.contradicted),
-        returns_left_out: facts.trails.map(|trails| trails.left_out),
     }
 }
 

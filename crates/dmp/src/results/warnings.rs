@@ -5,15 +5,13 @@ use std::fmt::Display;
 
 use dmp_lengths::thousands;
 use dmp_log::StampJump;
-use dmp_runs::{PosedRun, in_voxels};
+use dmp_runs::{MapSource, PosedRun, in_voxels};
 use dmp_sensor::ReturnCounts;
 
 use crate::passes::{Plan, Scored};
 
 /// Above this share of returns with something in front, trajectory and log hardly belong together.
 const BLOCKED_SUSPECT: f64 = 0.6;
-/// Above this share of returns excluded from the maps, it is hardly traffic alone.
-const LEFT_OUT_SUSPECT: f64 = 0.2;
 /// Above this share of misses, scans and map hardly belong together.
 const MISSES_SUSPECT: f64 = 0.5;
 /// A share of dropped returns worth a warning.
@@ -33,9 +31,12 @@ const FRAMES_FEW: u64 = 40;
 
 /// Adds the warnings of the report and of its runs.
 pub(super) fn add<M>(report: &mut Report, plan: &Plan, scored: &Scored, runs: &[PosedRun<'_, M>]) {
+    let may_leave_trails = !report.config.free_space
+        && report.config.scales.lengths().has_free_space
+        && runs.iter().all(|state| state.run.map == MapSource::Fused);
     for (run, state) in report.runs.iter_mut().zip(runs) {
         // What is likely wrong comes before what follows from it.
-        run.warnings = state.hint.iter().cloned().chain(of_run(run)).collect();
+        run.warnings = state.hint.iter().cloned().chain(of_run(run, may_leave_trails)).collect();
     }
     report.warnings = of_report(report, plan, runs);
     report.warnings.extend(implausible(&scored.counts));
@@ -78,7 +79,7 @@ pub(super) fn implausible(counts: &ReturnCounts) -> Option<String> {
     })
 }
 
-fn of_run(run: &RunReport) -> Vec<String> {
+fn of_run(run: &RunReport, may_leave_trails: bool) -> Vec<String> {
     if let (0, Some(thin_voxels)) = (run.map.surfels, run.map.thin_voxels) {
         // What else could be reported follows from that.
         return vec![format!(
@@ -96,8 +97,13 @@ fn of_run(run: &RunReport) -> Vec<String> {
         ));
     }
     if let Some(share) = run.blocked_rate.filter(|&share| share > BLOCKED_SUSPECT) {
+        let trails = if may_leave_trails {
+            "moving objects left trails (--free-space excludes them), or "
+        } else {
+            "the map is inconsistent: "
+        };
         warnings.push(format!(
-            "{:.0} % of the returns are blocked: the map is inconsistent, or the trajectory is not of this log and frame \
+            "{:.0} % of the returns are blocked: {trails}the trajectory is wrong, or not of this log and frame \
              (--extrinsic, --time-offset, quaternion order)",
             100.0 * share
         ));
@@ -108,13 +114,6 @@ fn of_run(run: &RunReport) -> Vec<String> {
     if let Some(share) = run.coverage_revisit.filter(|_| run.has_few_revisits()) {
         warnings.push(format!(
             "only {:.1} % of the returns see a place on another visit: drift and large-scale bending cannot be judged",
-            100.0 * share
-        ));
-    }
-    let share = run.map.returns_left_out.map_or(0.0, |left_out| left_out as f64 / run.returns.max(1) as f64);
-    if share > LEFT_OUT_SUSPECT {
-        warnings.push(format!(
-            "{:.0} % of the returns were excluded from the map: more than traffic; the run may be wrong",
             100.0 * share
         ));
     }

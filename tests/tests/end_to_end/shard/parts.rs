@@ -216,7 +216,7 @@ fn what_needs_a_whole_score_is_refused_in_parts() {
     let folder = folder.path();
     town_in(folder);
     for (options, words) in [
-        ("--free-space", ["free-space in parts", "two more passes"]),
+        ("--free-space", ["free-space in parts", "the whole map"]),
         ("--decide", ["decide in parts", "results of all parts"]),
         ("--quick", ["--quick in parts", "use `dmp score`"]),
         ("--report a.html", ["--report in parts", "single returns"]),

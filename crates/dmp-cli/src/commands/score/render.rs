@@ -128,11 +128,11 @@ fn settings(report: &Report) -> String {
 /// What was excluded from the maps.
 fn trails(report: &Report) -> Option<String> {
     let of_run = |run: &RunReport| {
-        let left_out = run.map.returns_left_out?;
-        Some(format!("{} {} %", run.name, percent(left_out as f64 / run.returns.max(1) as f64)))
+        let (out, all) = (run.map.surfels_contradicted?, run.map.surfels_with_trails?);
+        Some(format!("{} {} %", run.name, percent(out as f64 / all.max(1) as f64)))
     };
     let of_runs: Vec<String> = report.runs.iter().filter_map(of_run).collect();
-    (!of_runs.is_empty()).then(|| format!("returns excluded from the map as trails: {}", of_runs.join(", ")))
+    (!of_runs.is_empty()).then(|| format!("surfels excluded from the map as trails: {}", of_runs.join(", ")))
 }
 
 #[cfg(test)]

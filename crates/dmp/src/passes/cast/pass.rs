@@ -14,7 +14,6 @@ use super::copies::{CopiedScans, copied_scans};
 use super::odd::{OddScans, in_rows, odd_scans};
 use super::shapes::ScanShape;
 use super::worker::{CastWorker, OwnTileSums};
-use crate::means::Round;
 use crate::passes::evaluation::Evaluation;
 use crate::passes::frames::{Jobs, Pauses, Reading, each_frame_in_parts, each_frame_of, jobs_of};
 use crate::passes::fuse::KeptMaps;
@@ -123,11 +122,11 @@ impl Evaluation<'_, RunCaster> {
     /// When the log or a map cannot be read.
     pub(crate) fn cast(&self, tiles: &SharedTiles, maps: &KeptMaps) -> Result<Scored, EvaluateError> {
         let layout = self.layout();
-        let (before, mut done) = self.before(&layout, maps.round)?;
+        let (before, mut done) = self.before(&layout)?;
 
         let mut keep = |workers: &[CastWorker<'_>], done: &FrameSet| {
             maps.keep(&self.work)?;
-            self.work.save(maps.round, &before.with(workers)?.kept(done.clone()))
+            self.work.save(&before.with(workers)?.kept(done.clone()))
         };
         let mut workers = (0..self.means.threads).map(|_| CastWorker::new(self, &layout)).collect();
         let reading = self.plan.reading(self.log, &self.means, self.progress);
@@ -222,8 +221,8 @@ impl Evaluation<'_, RunCaster> {
     }
 
     /// The sums so far, and the frames they cover.
-    fn before(&self, layout: &Layout, round: Round) -> Result<(Sums, FrameSet), EvaluateError> {
-        let kept = if self.sink.wants_every_return() { None } else { self.work.load::<Casting>(round)? };
+    fn before(&self, layout: &Layout) -> Result<(Sums, FrameSet), EvaluateError> {
+        let kept = if self.sink.wants_every_return() { None } else { self.work.load::<Casting>()? };
         // A tile has at least one return: without stored tile sums, all are computed again.
         let Some(mut kept) = kept.filter(|kept| !self.means.per_tile || !kept.tiles.is_empty()) else {
             return Ok((Sums::nothing(layout), FrameSet::default()));

@@ -13,8 +13,6 @@ use crate::passes::run_map::MapFacts;
 pub(crate) struct Fusing {
     pub(crate) done: FrameSet,
     pub(crate) counts: ReturnCounts,
-    /// For each run, returns on its trails.
-    pub(crate) left_out: Vec<u64>,
     /// From [`dmp_map::MapFuser::put_down`], for every run whose map is fused.
     pub(crate) fusers: Vec<Option<Vec<u8>>>,
 }

@@ -6,7 +6,6 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use dmp_map::{Durability, MapError, MapFuser, Origin, Store};
 use dmp_runs::{PosedRun, Progress, Stage};
 
-use crate::means::Round;
 use crate::passes::evaluation::Evaluation;
 
 /// The lifetime of a finished map.
@@ -20,10 +19,27 @@ pub(crate) enum Life {
     User,
 }
 
+impl Life {
+    pub(crate) fn durability(self) -> Durability {
+        if self == Self::User { Durability::Durable } else { Durability::Temporary }
+    }
+
+    /// Opens a map of this lifetime.
+    pub(crate) fn open(self, path: &Path) -> Result<Store, MapError> {
+        match self {
+            Self::Reader => Store::open_once(path),
+            Self::Work | Self::User => Store::open(path),
+        }
+    }
+}
+
+/// The extension of the files of partial sums.
+pub(super) const SCRATCH: &str = "scratch";
+
 impl<M> Evaluation<'_, M> {
     /// Path of the partial sums of a run.
-    pub(super) fn scratch_file<N>(&self, round: Round, run: &PosedRun<'_, N>) -> PathBuf {
-        self.work.file(&format!("{}.{}", run.file_stem, scratch_extension(round)))
+    pub(super) fn scratch_file<N>(&self, run: &PosedRun<'_, N>) -> PathBuf {
+        self.work.file(&format!("{}.{SCRATCH}", run.file_stem))
     }
 
     /// The lifetime of maps that are not saved.
@@ -31,31 +47,26 @@ impl<M> Evaluation<'_, M> {
         if self.work.every().is_some() { Life::Work } else { Life::Reader }
     }
 
-    /// Path and lifetime of the fused map of a run.
-    pub(super) fn map_file<N>(&self, round: Round, run: &PosedRun<'_, N>) -> (PathBuf, Life) {
-        let stem = &run.file_stem;
-        // With `free_space`, the maps fused again without trails are the ones to save.
-        let is_last = round == Round::WithoutTrails || !self.settings.free_space;
-        match (&self.means.save_maps, round) {
-            (Some(folder), _) if is_last => (folder.join(format!("{stem}.dmpmap")), Life::User),
-            (_, Round::First) => (self.work.file(&format!("{stem}.dmpmap")), self.life()),
-            (_, Round::WithoutTrails) => {
-                (self.work.file(&format!("{stem}.without-trails.dmpmap")), self.life())
-            }
+    /// Path and lifetime of the map of a run.
+    pub(crate) fn map_file<N>(&self, run: &PosedRun<'_, N>) -> (PathBuf, Life) {
+        let name = format!("{}.dmpmap", run.file_stem);
+        match &self.means.save_maps {
+            Some(folder) => (folder.join(name), Life::User),
+            None => (self.work.file(&name), self.life()),
         }
+    }
+
+    /// Path and lifetime of the map as it is fused: with trails, which are then excluded if that is requested.
+    pub(super) fn fused_file<N>(&self, run: &PosedRun<'_, N>) -> (PathBuf, Life) {
+        if self.settings.free_space {
+            return (self.work.file(&format!("{}.with-trails.dmpmap", run.file_stem)), self.life());
+        }
+        self.map_file(run)
     }
 
     /// Path of the map made of a run's cloud.
     pub(super) fn given_map_file<N>(&self, run: &PosedRun<'_, N>) -> PathBuf {
         self.work.file(&format!("given-{}.dmpmap", run.file_stem))
-    }
-}
-
-/// The extension of scratch files.
-pub(super) fn scratch_extension(round: Round) -> &'static str {
-    match round {
-        Round::First => "scratch",
-        Round::WithoutTrails => "scratch-without-trails",
     }
 }
 
@@ -72,17 +83,12 @@ pub(crate) fn finish(
     progress: &dyn Progress,
 ) -> Result<(Store, u64), MapError> {
     let done = AtomicU64::new(0);
-    let durability = if life == Life::User { Durability::Durable } else { Durability::Temporary };
-    let summary = fuser.finish(path, origin, durability, &|tiles, total| {
+    let summary = fuser.finish(path, origin, life.durability(), &|tiles, total| {
         let before = done.swap(tiles, Ordering::Relaxed);
         if before == 0 {
             progress.begin(Stage::Surfels, total);
         }
         progress.advance(tiles - before);
     })?;
-    let store = match life {
-        Life::Reader => Store::open_once(&summary.path)?,
-        Life::Work | Life::User => Store::open(&summary.path)?,
-    };
-    Ok((store, summary.thin_voxels))
+    Ok((life.open(&summary.path)?, summary.thin_voxels))
 }

@@ -6,8 +6,8 @@ use dmp_map::Store;
 use dmp_runs::{EvaluateError, PosedRun};
 
 use super::checkpoint::{Fused, FusedMap, Fusing};
-use super::files::scratch_extension;
-use crate::means::{Round, Work};
+use super::files::SCRATCH;
+use crate::means::Work;
 use crate::passes::evaluation::{Evaluation, FuseTotals};
 use crate::passes::run_map::RunMap;
 
@@ -32,23 +32,21 @@ impl<'a> Evaluation<'a, Option<Store>> {
 
 /// Finished maps, as in a checkpoint.
 pub(crate) struct KeptMaps {
-    /// Whether they exclude trails.
-    pub(crate) round: Round,
     fused: Fused,
 }
 
 impl KeptMaps {
     /// Writes them, unless already written, and deletes the sums they were made from.
     pub(crate) fn keep(&self, work: &Work) -> Result<(), EvaluateError> {
-        if work.holds::<Fused>(self.round) {
+        if work.holds::<Fused>() {
             return Ok(());
         }
         for map in &self.fused.maps {
             map.path.as_ref().map_or(Ok(()), |path| work.sync(path))?;
         }
-        work.save(self.round, &self.fused)?;
-        work.forget::<Fusing>(self.round);
-        work.remove_files(scratch_extension(self.round));
+        work.save(&self.fused)?;
+        work.forget::<Fusing>();
+        work.remove_files(SCRATCH);
         Ok(())
     }
 }
@@ -64,16 +62,10 @@ impl Evaluation<'_, RunMap> {
         };
         let FuseTotals { counts, scratch_bytes } = self.fused;
         let maps = self.runs.iter().map(kept).collect();
-        let round = if self.has_trails_out() { Round::WithoutTrails } else { Round::First };
-        let maps = KeptMaps { round, fused: Fused { counts, scratch_bytes, maps } };
+        let maps = KeptMaps { fused: Fused { counts, scratch_bytes, maps } };
         if self.work.due() {
             maps.keep(&self.work)?;
         }
         Ok(maps)
-    }
-
-    /// Whether the maps exclude returns on trails.
-    pub(super) fn has_trails_out(&self) -> bool {
-        self.runs.iter().any(|run| run.map.facts.trails.is_some())
     }
 }

@@ -10,11 +10,10 @@ use dmp_runs::{EvaluateError, MapSource, PosedRun};
 use super::checkpoint::{Fused, Fusing};
 use super::files::finish;
 use super::pass::{FusePass, Making};
-use crate::means::{Round, peak};
+use crate::means::peak;
 use crate::passes::evaluation::Evaluation;
 use crate::passes::given::fuse_given;
-use crate::passes::run_map::{MapFacts, RunMap, TrailFacts};
-use crate::passes::trails::Trails;
+use crate::passes::run_map::{MapFacts, RunMap};
 
 impl<'a> Evaluation<'a, Option<Store>> {
     /// Makes the map of every run. Resumes from an earlier process's checkpoint.
@@ -22,41 +21,23 @@ impl<'a> Evaluation<'a, Option<Store>> {
     /// # Errors
     /// When the log or a given map cannot be read, or a map not be written.
     pub(crate) fn fuse(self) -> Result<Evaluation<'a, RunMap>, EvaluateError> {
-        match self.work.load::<Fused>(Round::WithoutTrails)? {
-            Some(fused) => self.reopened(fused),
-            None => self.fuse_without(None),
-        }
-    }
-
-    /// Fuses the maps without the returns on `trails`.
-    fn fuse_without(self, trails: Option<&Trails>) -> Result<Evaluation<'a, RunMap>, EvaluateError> {
         let work = Arc::clone(&self.work);
-        let round = if trails.is_some() { Round::WithoutTrails } else { Round::First };
-        if let Some(fused) = work.load::<Fused>(round)? {
+        if let Some(fused) = work.load::<Fused>()? {
             return self.reopened(fused);
         }
-        let mut before = work.load::<Fusing>(round)?.unwrap_or_default();
+        let mut before = work.load::<Fusing>()?.unwrap_or_default();
         let states = std::mem::take(&mut before.fusers);
-        let mut making = work.install(|| self.begin(round, states, Self::given_map))?;
+        let mut making = work.install(|| self.begin(states, Self::given_map))?;
         if making.runs.iter().any(|run| matches!(run.map, Making::Scans(_))) {
-            let (counts, left_out) =
-                FusePass { evaluation: &making, trails, round, frames: None }.run(&before)?;
-            making.fused.counts = Some(counts);
-            before.left_out = left_out;
+            making.fused.counts = Some(FusePass { evaluation: &making, frames: None }.run(&before)?);
         }
-        let mut maps = work.install(|| making.finish(round))?;
-        let found = trails.iter().flat_map(|trails| &trails.of_runs).zip(before.left_out);
-        for (run, (found, left_out)) in maps.runs.iter_mut().zip(found) {
-            run.map.facts.trails = Some(TrailFacts { left_out, ..found.facts });
-        }
-        Ok(maps)
+        work.install(|| making.finish())
     }
 
     /// Begins the maps, or resumes from the states that an earlier process fused. Given maps, a store or a
     /// file, come first: their errors show before the log is read.
     pub(super) fn begin<G>(
         mut self,
-        round: Round,
         states: Vec<Option<Vec<u8>>>,
         given: impl Fn(&Self, &PosedRun<'a, ()>, &Path, Option<Store>) -> Result<G, EvaluateError>,
     ) -> Result<Evaluation<'a, Making<G>>, EvaluateError> {
@@ -76,11 +57,11 @@ impl<'a> Evaluation<'a, Option<Store>> {
             let making = match (map, state) {
                 (Some(map), _) => Making::Given(map),
                 (None, Some(state)) => {
-                    let scratch = self.scratch_file(round, &run);
+                    let scratch = self.scratch_file(&run);
                     let fuser = MapFuser::resume(lattice, budget_bytes, &scratch, &state);
                     Making::Scans(fuser.map_err(EvaluateError::map_of(run.name()))?)
                 }
-                (None, None) => Making::Scans(self.new_fuser(round, &run, budget_bytes)?),
+                (None, None) => Making::Scans(self.new_fuser(&run, budget_bytes)?),
             };
             Ok(run.with_map(making).0)
         };
@@ -101,15 +82,10 @@ impl<M> Evaluation<'_, M> {
         self.work.budget().map_bytes(fused)
     }
 
-    fn new_fuser<N>(
-        &self,
-        round: Round,
-        run: &PosedRun<'_, N>,
-        budget_bytes: usize,
-    ) -> Result<MapFuser, EvaluateError> {
+    fn new_fuser<N>(&self, run: &PosedRun<'_, N>, budget_bytes: usize) -> Result<MapFuser, EvaluateError> {
         let lattice = self.lattice()?;
         let fuser = if self.work.every().is_some() {
-            MapFuser::with_scratch(lattice, budget_bytes, &self.scratch_file(round, run))
+            MapFuser::with_scratch(lattice, budget_bytes, &self.scratch_file(run))
         } else {
             MapFuser::new(lattice, budget_bytes, self.work.path())
         };
@@ -150,14 +126,14 @@ fn origin<M>(run: &PosedRun<'_, M>, text: String) -> Origin {
 
 impl<'a> Evaluation<'a, Making<RunMap>> {
     /// Computes the surfels, run by run.
-    fn finish(mut self, round: Round) -> Result<Evaluation<'a, RunMap>, EvaluateError> {
+    fn finish(mut self) -> Result<Evaluation<'a, RunMap>, EvaluateError> {
         let mut runs = Vec::new();
         for run in std::mem::take(&mut self.runs) {
             let (run, making) = run.with_map(());
             let map = match making {
                 Making::Scans(fuser) => {
                     self.fused.scratch_bytes += fuser.scratch_bytes();
-                    let (path, life) = self.map_file(round, &run);
+                    let (path, life) = self.fused_file(&run);
                     let origin = origin(&run, self.provenance(&run));
                     let finished = finish(fuser, &path, &origin, life, self.progress);
                     let (store, thin_voxels) = finished.map_err(EvaluateError::map_of(run.name()))?;
@@ -184,30 +160,5 @@ impl<'a> Evaluation<'a, Making<RunMap>> {
             (0..self.plan.frames().len()).filter(|&ordinal| run.path.has(ordinal)).count(),
             run.path.segments.starts.len()
         )
-    }
-}
-
-impl Evaluation<'_, RunMap> {
-    /// The maps without returns on trails, if requested: fused again, in two passes over the log.
-    ///
-    /// # Errors
-    /// As [`Evaluation::fuse`], and when the log gives other returns than before.
-    pub(crate) fn keep_out_trails(self) -> Result<Self, EvaluateError> {
-        if !self.settings.free_space || self.has_trails_out() {
-            return Ok(self);
-        }
-        self.keep_if_due()?;
-        let before = self.fused;
-        let (planned, trails) = self.find_trails()?;
-        let mut maps = planned.fuse_without(Some(&trails))?;
-        for counts in [Some(trails.counts), maps.fused.counts] {
-            if let (Some(first), Some(second)) =
-                (before.counts, counts.filter(|counts| Some(*counts) != before.counts))
-            {
-                return Err(EvaluateError::LogChanged { first: first.used(), second: second.used() });
-            }
-        }
-        maps.fused.scratch_bytes += before.scratch_bytes + trails.scratch_bytes;
-        Ok(maps)
     }
 }

@@ -7,5 +7,6 @@ mod maps;
 mod part;
 mod pass;
 
+pub(crate) use checkpoint::Fused;
 pub(crate) use files::{Life, finish};
 pub(crate) use kept::KeptMaps;

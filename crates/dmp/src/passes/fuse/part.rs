@@ -9,7 +9,6 @@ use dmp_sensor::ReturnCounts;
 
 use super::checkpoint::Fusing;
 use super::pass::{FusePass, Making};
-use crate::means::Round;
 use crate::passes::evaluation::Evaluation;
 
 impl Evaluation<'_, Option<dmp_map::Store>> {
@@ -23,9 +22,9 @@ impl Evaluation<'_, Option<dmp_map::Store>> {
         frames: &FrameSet,
         path: impl Fn(&str) -> std::path::PathBuf,
     ) -> Result<(ReturnCounts, Vec<SumsList>), EvaluateError> {
-        let making = self.begin(Round::First, Vec::new(), |_, _, _, _| Ok(()))?;
-        let pass = FusePass { evaluation: &making, trails: None, round: Round::First, frames: Some(frames) };
-        let (counts, _) = pass.run(&Fusing::default())?;
+        let making = self.begin(Vec::new(), |_, _, _, _| Ok(()))?;
+        let pass = FusePass { evaluation: &making, frames: Some(frames) };
+        let counts = pass.run(&Fusing::default())?;
         let write = |run: PosedRun<'_, Making<()>>| {
             let (run, making) = run.with_map(());
             let Making::Scans(fuser) = making else { return Ok(SumsList::default()) };

@@ -6,10 +6,8 @@ use dmp_runs::{EvaluateError, PlannedFrame, PosedRun, Poser, Stage, posed};
 use dmp_sensor::{ReturnCounts, Scan};
 
 use super::checkpoint::Fusing;
-use crate::means::Round;
 use crate::passes::evaluation::Evaluation;
 use crate::passes::frames::{Jobs, Pauses, Worker, each_frame_in_parts, jobs_of};
-use crate::passes::trails::{TrailBuffers, Trails};
 
 /// The source of a run's map.
 pub(super) enum Making<G> {
@@ -28,30 +26,24 @@ impl<G> Making<G> {
     }
 }
 
-/// One pass over the log, or over some `frames` of it; returns on `trails` are excluded.
+/// One pass over the log, or over some `frames` of it.
 pub(super) struct FusePass<'p, G> {
     pub(super) evaluation: &'p Evaluation<'p, Making<G>>,
-    pub(super) trails: Option<&'p Trails>,
-    pub(super) round: Round,
     /// `None`: all.
     pub(super) frames: Option<&'p FrameSet>,
 }
 
 impl<G: Sync> FusePass<'_, G> {
-    /// Resumes from `before`. Returns the return counts and the number of returns excluded from each map.
-    pub(super) fn run(&self, before: &Fusing) -> Result<(ReturnCounts, Vec<u64>), EvaluateError> {
+    /// Resumes from `before`. Returns the return counts.
+    pub(super) fn run(&self, before: &Fusing) -> Result<ReturnCounts, EvaluateError> {
         let Evaluation { log, means, work, progress, plan, runs, .. } = self.evaluation;
         let returns = self.frames.map_or(self.evaluation.returns(), |frames| plan.returns_of(frames));
         progress.begin(Stage::Fuse, returns);
         progress.advance(before.counts.total());
         let state = |workers: &[FuseWorker<'_, G>]| {
-            let (mut counts, mut left_out) = (before.counts, before.left_out.clone());
-            left_out.resize(runs.len(), 0);
-            for worker in workers {
-                counts.merge(&worker.counts);
-                left_out.iter_mut().zip(&worker.left_out).for_each(|(all, more)| *all += more);
-            }
-            (counts, left_out)
+            let mut counts = before.counts;
+            workers.iter().for_each(|worker| counts.merge(&worker.counts));
+            counts
         };
         let put_down = |workers: &[FuseWorker<'_, G>], done: &FrameSet| {
             let put_down = |run: &PosedRun<'_, Making<G>>| {
@@ -59,8 +51,7 @@ impl<G: Sync> FusePass<'_, G> {
                 state.map_err(EvaluateError::map_of(run.name()))
             };
             let fusers = runs.iter().map(put_down).collect::<Result<_, _>>()?;
-            let (counts, left_out) = state(workers);
-            work.save(self.round, &Fusing { done: done.clone(), counts, left_out, fusers })
+            work.save(&Fusing { done: done.clone(), counts: state(workers), fusers })
         };
         let workers = (0..means.threads).map(|_| FuseWorker::new(self)).collect();
         let pauses = Pauses {
@@ -87,10 +78,6 @@ impl<G: Sync> FusePass<'_, G> {
 struct FuseWorker<'p, G> {
     poser: Poser<'p>,
     evaluation: &'p Evaluation<'p, Making<G>>,
-    trails: Option<&'p Trails>,
-    trail_buffers: TrailBuffers,
-    /// For each run, returns on its trails.
-    left_out: Vec<u64>,
     buffers: FuseBuffers,
     points: Vec<[f64; 3]>,
     counts: ReturnCounts,
@@ -102,9 +89,6 @@ impl<'p, G> FuseWorker<'p, G> {
         Self {
             poser: Poser::new(posed(&evaluation.runs), &evaluation.plan.filter),
             evaluation,
-            trails: pass.trails,
-            trail_buffers: TrailBuffers::default(),
-            left_out: vec![0; evaluation.runs.len()],
             buffers: FuseBuffers::default(),
             points: Vec::new(),
             counts: ReturnCounts::default(),
@@ -114,7 +98,7 @@ impl<'p, G> FuseWorker<'p, G> {
 
 impl<G: Sync> Worker for FuseWorker<'_, G> {
     fn frame(&mut self, ordinal: usize, frame: &PlannedFrame, scan: &Scan) -> Result<(), EvaluateError> {
-        let Self { poser, evaluation, buffers, points, trails, trail_buffers, left_out, .. } = self;
+        let Self { poser, evaluation, buffers, points, .. } = self;
         let counts = poser.blocks((ordinal, frame), scan, |block| {
             for (number, run) in evaluation.runs.iter().enumerate() {
                 let (Some(fuser), Some(segment)) = (run.map.fuser(), run.path.segment(ordinal)) else {
@@ -122,9 +106,6 @@ impl<G: Sync> Worker for FuseWorker<'_, G> {
                 };
                 points.clear();
                 points.extend(block.posed(number).map(|(_, ray)| ray.endpoint_in_world()));
-                if let Some(trails) = trails {
-                    left_out[number] += trails.take_out(number, points, trail_buffers)?;
-                }
                 let added = fuser.add(points, Some(segment), buffers);
                 added.map_err(EvaluateError::map_of(run.name()))?;
             }
