@@ -216,7 +216,6 @@ const ROWS: &[Row] = &[
             "compare one.json other.json -v",
             "compare one.json other.json --report out.html => writes out.html",
             "compare one.json --expect R_cv_10<9m",
-            "score t.mcap -t t.tum --like one.json --json --quiet",
         ],
     ),
     Row::new(

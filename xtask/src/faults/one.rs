@@ -157,7 +157,10 @@ impl One<'_> {
                 }
                 End::Exit(0) => return Ok(Err(Failure::new("other bits"))),
                 // What is there already, and whole.
-                End::Exit(1 | 2) if first.contains("already") && found.outputs().is_ok() => {
+                End::Exit(1 | 2)
+                    if ["already", "not overwritten"].iter().any(|word| first.contains(word))
+                        && found.outputs().is_ok() =>
+                {
                     return Ok(found.nothing_left(|_| false).map(|()| Ending::Refused));
                 }
                 End::Exit(1) if !first.is_empty() => outcome = Ending::Refused,

@@ -45,7 +45,7 @@ impl LasRows {
     ) -> io::Result<Self> {
         let failure = Failure::default();
         let offset_m = near_m.map(f64::floor);
-        let recording = Recording { file, failure: Arc::clone(&failure) };
+        let recording = Recording { file, failure: Arc::clone(&failure), at: 0 };
         let made = || -> las::Result<_> {
             let mut builder = Builder::from((1, 4));
             builder.point_format = Format::new(POINT_FORMAT)?;
@@ -119,6 +119,8 @@ fn first(failure: &Failure) -> io::Result<()> {
 struct Recording {
     file: BufWriter<File>,
     failure: Failure,
+    /// Where the next byte goes, had nothing failed: the writer subtracts such places.
+    at: u64,
 }
 
 impl Recording {
@@ -132,8 +134,10 @@ impl Recording {
 
 impl Write for Recording {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        let result = self.file.write_all(bytes).map(|()| bytes.len());
-        Ok(self.record(result, bytes.len()))
+        let result = self.file.write_all(bytes);
+        self.record(result, ());
+        self.at += bytes.len() as u64;
+        Ok(bytes.len())
     }
 
     fn flush(&mut self) -> io::Result<()> {
@@ -145,7 +149,13 @@ impl Write for Recording {
 
 impl Seek for Recording {
     fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        let instead = match to {
+            SeekFrom::Start(at) => at,
+            SeekFrom::Current(by) => self.at.saturating_add_signed(by),
+            SeekFrom::End(_) => self.at,
+        };
         let result = self.file.seek(to);
-        Ok(self.record(result, 0))
+        self.at = self.record(result, instead);
+        Ok(self.at)
     }
 }
