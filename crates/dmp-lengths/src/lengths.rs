@@ -39,7 +39,7 @@ pub struct Lengths {
     /// Whether a vehicle that carries the sensor is looked for in the scans.
     pub has_vehicle: bool,
 
-    /// Whether returns on the trails of moving objects can be kept out of the maps: trails are detected by half a metre.
+    /// Whether trails of moving objects can be kept out of the maps: trails are detected by half a metre.
     pub has_free_space: bool,
     /// Whether places can be drawn for a quick score: they are 10 m long.
     pub has_quick: bool,

@@ -50,7 +50,7 @@ pub struct Settings {
     /// Longest gap between poses that is interpolated, nanoseconds; `None`: by each trajectory's own
     /// intervals.
     pub max_time_gap_ns: Option<i64>,
-    /// Whether returns on trails are excluded from the maps.
+    /// Whether trails are excluded from the maps.
     pub free_space: bool,
     /// The cost of a miss.
     pub miss_price: MissPrice,

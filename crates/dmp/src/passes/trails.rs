@@ -85,9 +85,12 @@ impl<'a> Evaluation<'a, RunMap> {
             runs.push(run.with_map(map).0);
             peak::look();
         }
-        // What is kept next are these maps.
-        counting.work.forget::<Fused>();
-        Ok(counting.with_runs(runs))
+        let thinned = counting.with_runs(runs);
+        // The maps with trails that were kept are replaced at once: nothing that was done is lost.
+        if thinned.work.holds::<Fused>() {
+            thinned.kept_maps().save(&thinned.work)?;
+        }
+        Ok(thinned)
     }
 }
 

@@ -1,7 +1,5 @@
 //! Finished maps in a checkpoint, and how they are resumed.
 
-use std::path::PathBuf;
-
 use dmp_map::Store;
 use dmp_runs::{EvaluateError, PosedRun};
 
@@ -41,6 +39,11 @@ impl KeptMaps {
         if work.holds::<Fused>() {
             return Ok(());
         }
+        self.save(work)
+    }
+
+    /// Writes them, in the place of others if there are any.
+    pub(crate) fn save(&self, work: &Work) -> Result<(), EvaluateError> {
         for map in &self.fused.maps {
             map.path.as_ref().map_or(Ok(()), |path| work.sync(path))?;
         }
@@ -54,18 +57,20 @@ impl KeptMaps {
 impl Evaluation<'_, RunMap> {
     /// Checkpoints finished maps when due; returns how they are stored.
     pub(crate) fn keep_if_due(&self) -> Result<KeptMaps, EvaluateError> {
-        // A given store is opened again at its own path.
-        let path = |map: &RunMap| map.facts.thin_voxels.map(|_| map.store.path().to_path_buf());
-        let kept = |run: &PosedRun<'_, RunMap>| -> FusedMap {
-            let path: Option<PathBuf> = path(&run.map);
-            FusedMap { path, facts: run.map.facts.clone() }
-        };
-        let FuseTotals { counts, scratch_bytes } = self.fused;
-        let maps = self.runs.iter().map(kept).collect();
-        let maps = KeptMaps { fused: Fused { counts, scratch_bytes, maps } };
+        let maps = self.kept_maps();
         if self.work.due() {
             maps.keep(&self.work)?;
         }
         Ok(maps)
+    }
+
+    /// Finished maps, as they are stored.
+    pub(crate) fn kept_maps(&self) -> KeptMaps {
+        // A given store is opened again at its own path.
+        let path = |map: &RunMap| map.facts.thin_voxels.map(|_| map.store.path().to_path_buf());
+        let kept =
+            |run: &PosedRun<'_, RunMap>| FusedMap { path: path(&run.map), facts: run.map.facts.clone() };
+        let FuseTotals { counts, scratch_bytes } = self.fused;
+        KeptMaps { fused: Fused { counts, scratch_bytes, maps: self.runs.iter().map(kept).collect() } }
     }
 }
