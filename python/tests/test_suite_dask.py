@@ -19,7 +19,7 @@ from cluster import Killer, Marked, hooked, left
 import dmp_slam as dmp
 
 #: Logs with options: in parts, in others, and what parts do not have.
-LOGS = {"a": "", "b": "max_range = 60", "c": "free_space = true"}
+LOGS = {"a": "", "b": "max_range = 60", "c": "decide = true"}
 HEAD = 'versions = ["old", "new"]\ntrajectories = "{version}/{log}.tum"\n[score]\nevery = 4\ntrust = true\n'
 
 

@@ -1,9 +1,10 @@
 //! Counts the surfels that rays pass through and end on.
 
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 use dmp_disk::{BudgetCache, Weight};
-use dmp_map::{Crossing, MapError, Store, Tally, TileExtent, TileId, TileSource};
+use dmp_map::{Crossing, MapError, Store, Surfel, Tally, TileExtent, TileId, TileSource};
 
 use crate::journey::{JourneyBuffers, Tiles, Traveller, Wait, travel};
 use crate::lanes::{Job, Simd};
@@ -12,33 +13,33 @@ use crate::query::{CastSettings, Query, Wanted};
 use crate::rays::Rays;
 use crate::within::{CastTile, Each, LEAF_DISCS, PacketRays, RAYS, SearchLists, SearchRays};
 
-/// Tolerance, metres: a ray with a measured range within this of a crossing ended there. One whose end is farther than
-/// this behind the surfel's plane passed through.
-const ON_M: f64 = 0.5;
-
 /// Counts which surfels of a stored map rays pass through and end on.
 ///
-/// A ray *ends on* every surfel that it crosses within 0.5 m of its measured range. It *passes through* a surfel if it ends
-/// more than 0.5 m behind the surfel's plane, measured perpendicular to the plane. Segments do not matter: what a vehicle
-/// follows leaves its trail where the rays of the same segment go.
+/// A ray *ends on* every surfel that it crosses within a tolerance of its measured range. It *passes through* a surfel if
+/// it ends farther than the tolerance behind the surfel's plane, measured perpendicular to the plane. Only rays measured
+/// at about the time at which the surfel was seen count: later ones may show an error of the trajectory instead.
 #[derive(Debug)]
 pub struct CrossingCounter {
     store: Store,
+    on_m: f64,
     tiles: BudgetCache<TileId, NumberedTile>,
     path: Path,
 }
 
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct NumberedTile {
     tile: CastTile,
     /// For each disc of the leaves the surfel's index in the store's tile.
     places: Vec<u32>,
-    surfels: usize,
+    /// For each surfel the first and last segment in which it was seen, apart from two observations.
+    seen: Vec<[i32; 2]>,
 }
 
 impl Weight for NumberedTile {
     fn weight_bytes(&self) -> usize {
-        self.tile.weight_bytes() + self.places.capacity() * size_of::<u32>()
+        self.tile.weight_bytes()
+            + self.places.capacity() * size_of::<u32>()
+            + self.seen.capacity() * size_of::<[i32; 2]>()
     }
 }
 
@@ -52,9 +53,9 @@ pub struct CountBuffers {
 }
 
 impl CrossingCounter {
-    /// A counter over `store` that keeps at most about `budget_bytes` of tiles in memory.
-    pub fn new(store: Store, budget_bytes: usize) -> Self {
-        Self { store, tiles: BudgetCache::new(budget_bytes), path: Path::best() }
+    /// A counter over `store` that keeps at most about `budget_bytes` of tiles in memory; `on_m` is the tolerance, metres.
+    pub fn new(store: Store, on_m: f64, budget_bytes: usize) -> Self {
+        Self { store, on_m, tiles: BudgetCache::new(budget_bytes), path: Path::best() }
     }
 
     /// The map.
@@ -67,18 +68,19 @@ impl CrossingCounter {
         self.tiles.loads()
     }
 
-    /// Counts the crossings of all `queries` in `tally`. A disc over a border is counted only in the tile in which the
-    /// ray crosses it, as the tile's own or as its copy: once, except for rounding at the border itself.
+    /// Counts in `tally` how all `queries`, measured in a segment, cross the surfels seen in the segments of its `pass`.
+    /// Of a disc over a border, the part in its own tile counts.
     ///
     /// # Errors
     /// When a tile that a ray needs is damaged, or counts cannot be spilled.
     pub fn count(
         &self,
         queries: &[Query],
+        pass: RangeInclusive<i32>,
         tally: &Tally,
         buffers: &mut CountBuffers,
     ) -> Result<(), MapError> {
-        self.path.run(CountBlock { counter: self, queries, tally, buffers })
+        self.path.run(CountBlock { counter: self, queries, pass, tally, buffers })
     }
 }
 
@@ -100,11 +102,14 @@ impl Tiles for CrossingCounter {
     fn load(&self, tile: TileId) -> Result<Arc<NumberedTile>, MapError> {
         let radius_m = self.store.disc_radius_m() as f32;
         self.tiles.get(tile, || {
-            let loaded = self.store.load(tile)?;
-            let surfels = loaded.as_ref().map_or(0, |tile| tile.surfels.len());
-            let (tile, places) =
-                loaded.map_or_else(Default::default, |tile| CastTile::numbered(&tile, radius_m));
-            Ok(NumberedTile { tile, places, surfels })
+            let Some(mut tile) = self.store.load(tile)? else { return Ok(NumberedTile::default()) };
+            tile.surfels.truncate(tile.own);
+            // The third-lowest of three segments may be the highest.
+            let ends =
+                |s: &Surfel| [s.third_lowest.min(s.third_highest), s.third_lowest.max(s.third_highest)];
+            let seen = tile.surfels.iter().map(ends).collect();
+            let (tile, places) = CastTile::numbered(&tile, radius_m);
+            Ok(NumberedTile { tile, places, seen })
         })
     }
 }
@@ -112,6 +117,7 @@ impl Tiles for CrossingCounter {
 struct CountBlock<'a> {
     counter: &'a CrossingCounter,
     queries: &'a [Query],
+    pass: RangeInclusive<i32>,
     tally: &'a Tally,
     buffers: &'a mut CountBuffers,
 }
@@ -121,22 +127,24 @@ impl Job for CountBlock<'_> {
 
     #[inline(always)]
     fn on<S: Simd>(self, simd: S) -> Self::Output {
-        let Self { counter, queries, tally, buffers } = self;
+        let Self { counter, queries, pass, tally, buffers } = self;
         let CountBuffers { journey, rays, lists, crossings } = buffers;
         // Through all tiles up to the ray's end, whatever it crosses on the way.
         let settings = CastSettings {
             horizon_m: f64::INFINITY,
-            beyond_m: ON_M,
+            beyond_m: counter.on_m,
             wanted: Wanted::First,
             ..CastSettings::default()
         };
         journey.order.as_given(queries);
-        let mut counting = Counting { tally, rays, lists, crossings };
+        let mut counting = Counting { on_m: counter.on_m as f32, pass, tally, rays, lists, crossings };
         travel(simd, counter, &settings, queries, journey, &mut counting)
     }
 }
 
 struct Counting<'a> {
+    on_m: f32,
+    pass: RangeInclusive<i32>,
     tally: &'a Tally,
     rays: &'a mut PacketRays,
     lists: &'a mut SearchLists,
@@ -155,9 +163,10 @@ impl Traveller for Counting<'_> {
         packets: &mut [Rays],
         waits: &[Wait],
     ) -> Result<(), MapError> {
-        let NumberedTile { tile, places, surfels } = numbered;
+        let NumberedTile { tile, places, seen } = numbered;
         let tile = &tile.view();
-        let Self { tally, rays, lists, crossings } = self;
+        let Self { on_m, pass, tally, rays, lists, crossings } = self;
+        let (on_m, first, last) = (*on_m, *pass.start(), *pass.end());
         crossings.clear();
         for wait in waits {
             let packet = &packets[wait.packet as usize];
@@ -166,21 +175,26 @@ impl Traveller for Counting<'_> {
             // The border itself belongs to the next tile.
             rays.to_m = ends.map(f32::next_down);
             let each = |lane: usize, leaf: usize, disc: usize, range_m: f32| {
+                let surfel = places[leaf * LEAF_DISCS + disc];
+                let [low, high] = seen[surfel as usize];
+                if high < first || last < low {
+                    return;
+                }
                 let beyond_m = rays.measured_m[lane] - range_m;
-                let on = beyond_m <= ON_M as f32;
+                let on = beyond_m <= on_m;
                 // At grazing incidence the ray leaves the surfel's plane slowly, and a small error of the plane moves
                 // the crossing far.
                 let normal = tile.leaves[leaf].disc(disc, 3);
                 let cos: f32 = (0..3).map(|k| rays.direction[k][lane] * normal[k]).sum();
-                if on || beyond_m * cos.abs() > ON_M as f32 {
-                    crossings.push(Crossing { surfel: places[leaf * LEAF_DISCS + disc], on });
+                if on || beyond_m * cos.abs() > on_m {
+                    crossings.push(Crossing { surfel, on });
                 }
             };
             let (lanes, found) = (wait.lanes, &mut Each(each));
             simd.run(SearchRays { tile, rays, lanes, found, lists });
         }
         if !crossings.is_empty() {
-            tally.add(id, *surfels, crossings)?;
+            tally.add(id, seen.len(), crossings)?;
         }
         Ok(())
     }

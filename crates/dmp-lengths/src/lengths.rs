@@ -39,8 +39,9 @@ pub struct Lengths {
     /// Whether a vehicle that carries the sensor is looked for in the scans.
     pub has_vehicle: bool,
 
-    /// Whether trails of moving objects can be kept out of the maps: trails are detected by half a metre.
-    pub has_free_space: bool,
+    /// Travel to either side within which rays through a surfel show that something moved, metres: later ones may show an
+    /// error of the run instead.
+    pub pass_m: f64,
     /// Whether places can be drawn for a quick score: they are 10 m long.
     pub has_quick: bool,
 

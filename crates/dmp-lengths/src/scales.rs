@@ -37,7 +37,7 @@ const TABLE: &[(Scales, Lengths)] = &[
             cloud_voxel_m: 0.2,
             segment_m: Some(12.0),
             has_vehicle: true,
-            has_free_space: true,
+            pass_m: 66.0,
             has_quick: true,
             loop_map: LoopMapLengths { column_m: 8.0, near_m: 3.0, moved_m: 0.02, stretch_m: 5.0 },
             // Through streets, with a sensor that sees all around: a drift of some metres in 500 to 800 m.
@@ -79,7 +79,7 @@ const TABLE: &[(Scales, Lengths)] = &[
             segment_m: None,
             // Nobody holds a camera so that a part of themselves is always in view.
             has_vehicle: false,
-            has_free_space: false,
+            pass_m: 6.6,
             has_quick: false,
             // A tenth of a drive's, to the bit: 3.0 * 0.1 is not 0.3.
             loop_map: LoopMapLengths {

@@ -27,7 +27,7 @@ impl Met {
 /// A ray's crossing of one surfel of a tile.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Crossing {
-    /// The surfel's index in [`crate::Tile::surfels`].
+    /// The surfel's index among the tile's own.
     pub surfel: u32,
     /// Whether the ray ended there; otherwise it passed through.
     pub on: bool,
@@ -73,7 +73,7 @@ impl Tally {
         self.scratch.bytes()
     }
 
-    /// Counts crossings of a tile that has `surfels` surfels, including copies over its borders.
+    /// Counts crossings of a tile that has `surfels` surfels of its own.
     ///
     /// # Errors
     /// When the scratch file cannot be written.
@@ -100,7 +100,7 @@ impl Tally {
         Ok(())
     }
 
-    /// The counts of a tile's `surfels` surfels, including copies over its borders.
+    /// The counts of a tile's own surfels, of which there are `surfels`.
     ///
     /// # Errors
     /// When the scratch file cannot be read back unchanged.

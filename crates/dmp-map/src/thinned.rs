@@ -1,78 +1,74 @@
 //! A map without some of its surfels.
 
-use std::collections::hash_map::Entry;
-use std::collections::{BTreeSet, HashMap};
-use std::hash::BuildHasherDefault;
 use std::path::Path;
 
 use dmp_disk::TileId;
 
 use crate::MapError;
-use crate::grid::{MixHasher, TileSpan};
-use crate::store::{Durability, Origin, Store, StoreSummary, TileEntry};
-use crate::surfels::borders_of;
+use crate::grid::{Lattice, TileSpan};
+use crate::store::{Durability, Store, StoreSummary, TileEntry};
+use crate::surfels::{SurfelCode, TileSurfels};
 use crate::tally::{Met, Tally};
-use crate::write_map::MapWriter;
+use crate::write_map::{SummedTiles, write_map};
 
-/// Writes `map` to a store at `path`, without the surfels whose counts satisfy `is_out`.
+/// Surfels decoded at once, bytes.
+const ROOM_BYTES: usize = 4 << 20;
+
+/// Writes the tiles of `map` that `is_wanted` to a store at `path`, without the surfels whose counts satisfy `is_out`; a
+/// tile that would lose more than a share `most_out` of them keeps all. The
+/// copies of discs in a tile are complete if its neighbours are wanted, too. `on_tile` receives, after each batch, the
+/// number of finished tiles and their total.
 ///
 /// # Errors
 /// When the map or the tally cannot be read, or the store cannot be written; then `path` is unchanged.
 pub fn thin_map(
-    map: &Store,
-    tally: &Tally,
-    is_out: impl Fn(Met) -> bool,
-    (path, origin, durability): (&Path, &Origin, Durability),
+    (map, tally): (&Store, &Tally),
+    is_wanted: impl Fn(TileId) -> bool,
+    (is_out, most_out): (impl Fn(Met) -> bool + Sync, f64),
+    (path, durability): (&Path, Durability),
+    on_tile: &(dyn Fn(u64, u64) + Sync),
 ) -> Result<StoreSummary, MapError> {
-    let lattice = map.lattice();
-    let mut writer = MapWriter::create(path, lattice, origin, TileSpan::default())?;
-    let tiles: BTreeSet<TileId> = map.entries().map(|entry| entry.tile).collect();
-    // Copies of a tile's discs follow its neighbours' own, in the order of the tiles they come from.
-    let mut copies_before: HashMap<TileId, usize, BuildHasherDefault<MixHasher>> = HashMap::default();
-    let mut of_copies = CopyCounts { tally, tiles: HashMap::new() };
-    for &id in &tiles {
-        let mut content = map.own_codes(id)?;
-        let surfels = map.entry(id).map_or(0, TileEntry::surfels);
-        of_copies.forget_rows_below(id.y - 1);
-        copies_before.retain(|tile, _| tile.y >= id.y - 1);
-        let mut met = tally.of_tile(id, surfels as usize)?;
-        met.truncate(content.codes.len());
-        for (neighbour, index) in borders_of(&lattice, id, &content).iter().map(|c| (c.0, c.1.index)) {
-            let Some(entry) = map.entry(neighbour) else { continue };
-            let before = copies_before.entry(neighbour).or_default();
-            let place = *before;
-            *before += 1;
-            let counts = of_copies.of_tile(entry)?;
-            if let (Some(met), Some(count)) = (met.get_mut(index), counts.get(place)) {
-                met.merge(count);
-            }
-        }
-        let mut met = met.into_iter();
-        content.codes.retain(|_| !met.next().is_some_and(&is_out));
-        writer.write(id, &content)?;
-    }
-    writer.finish(durability)
+    let mut tiles: Vec<TileId> =
+        map.entries().map(|entry| entry.tile).filter(|&tile| is_wanted(tile)).collect();
+    tiles.sort_unstable();
+    let thinned = Thinned { map, tally, tiles, is_out, most_out };
+    write_map(&thinned, TileSpan::default(), (path, map.origin(), durability), on_tile)
 }
 
-/// Counts of the copies in each tile, read once and kept while their rows are in use.
-struct CopyCounts<'a> {
+struct Thinned<'a, F> {
+    map: &'a Store,
     tally: &'a Tally,
-    tiles: HashMap<TileId, Vec<Met>>,
+    tiles: Vec<TileId>,
+    is_out: F,
+    most_out: f64,
 }
 
-impl CopyCounts<'_> {
-    fn of_tile(&mut self, entry: &TileEntry) -> Result<&[Met], MapError> {
-        Ok(match self.tiles.entry(entry.tile) {
-            Entry::Occupied(known) => known.into_mut(),
-            Entry::Vacant(new) => {
-                let mut counts = self.tally.of_tile(entry.tile, entry.surfels() as usize)?;
-                new.insert(counts.split_off(entry.own.surfels as usize))
-            }
-        })
+impl<F: Fn(Met) -> bool + Sync> SummedTiles for Thinned<'_, F> {
+    fn lattice(&self) -> Lattice {
+        self.map.lattice()
     }
 
-    /// Tiles come row by row: those two rows back are not needed again.
-    fn forget_rows_below(&mut self, row: i32) {
-        self.tiles.retain(|tile, _| tile.y >= row);
+    fn tiles(&self) -> Vec<TileId> {
+        self.tiles.clone()
+    }
+
+    fn most_bytes(&self, tile: TileId) -> usize {
+        self.map.entry(tile).map_or(0, TileEntry::surfels) as usize * size_of::<SurfelCode>()
+    }
+
+    fn room_bytes(&self) -> usize {
+        ROOM_BYTES
+    }
+
+    fn surfels(&self, tile: TileId) -> Result<TileSurfels, MapError> {
+        let mut content = self.map.own_codes(tile)?;
+        let met = self.tally.of_tile(tile, content.codes.len())?;
+        let is_out: Vec<bool> = met.into_iter().map(&self.is_out).collect();
+        let out = is_out.iter().filter(|&&out| out).count();
+        if out as f64 <= self.most_out * is_out.len() as f64 {
+            let mut is_out = is_out.into_iter();
+            content.codes.retain(|_| is_out.next() != Some(true));
+        }
+        Ok(content)
     }
 }

@@ -43,7 +43,8 @@ pub(crate) fn write_map(
 ) -> Result<StoreSummary, MapError> {
     let (lattice, tiles) = (sums.lattice(), sums.tiles());
     let total = tiles.len() as u64;
-    let mut writer = MapWriter::create(path, lattice, origin, span)?;
+    let mut writer = StoreWriter::create(path, lattice, origin)?;
+    let mut borders = BorderQueue { waiting: BTreeMap::new() };
     let mut done = 0;
     let mut tiles = tiles.into_iter().peekable();
     loop {
@@ -54,59 +55,21 @@ pub(crate) fn write_map(
         let contents: Vec<Result<TileSurfels, MapError>> =
             batch.par_iter().map(|&tile| sums.surfels(tile)).collect();
         for (&tile, content) in batch.iter().zip(contents) {
-            writer.write(tile, &content?)?;
+            let content = content?;
+            borders.write_rows_below(tile.y - 1, &mut writer)?;
+            let copies = borders_of(&lattice, tile, &content);
+            for (neighbour, border) in copies.into_iter().filter(|&(neighbour, _)| span.contains(neighbour)) {
+                borders.waiting.entry(neighbour).or_default().push(border);
+            }
+            if span.contains(tile) {
+                writer.write_own(tile, &content)?;
+            }
         }
         done += batch.len() as u64;
         on_tile(done, total);
     }
+    borders.write_rows_below(i32::MAX, &mut writer)?;
     writer.finish(durability)
-}
-
-/// Writes the tiles in `span` of a map that comes tile by tile, in order.
-pub(crate) struct MapWriter {
-    writer: StoreWriter,
-    borders: BorderQueue,
-    lattice: Lattice,
-    span: TileSpan,
-}
-
-impl MapWriter {
-    /// Begins a store at `path`.
-    ///
-    /// # Errors
-    /// When it cannot be created there.
-    pub(crate) fn create(
-        path: &Path,
-        lattice: Lattice,
-        origin: &Origin,
-        span: TileSpan,
-    ) -> Result<Self, MapError> {
-        let writer = StoreWriter::create(path, lattice, origin)?;
-        Ok(Self { writer, borders: BorderQueue { waiting: BTreeMap::new() }, lattice, span })
-    }
-
-    /// Writes the next tile.
-    ///
-    /// # Errors
-    /// When it cannot be written.
-    pub(crate) fn write(&mut self, tile: TileId, content: &TileSurfels) -> Result<(), MapError> {
-        let Self { writer, borders, lattice, span } = self;
-        borders.write_rows_below(tile.y - 1, writer)?;
-        let copies = borders_of(lattice, tile, content);
-        for (neighbour, border) in copies.into_iter().filter(|&(neighbour, _)| span.contains(neighbour)) {
-            borders.waiting.entry(neighbour).or_default().push(border);
-        }
-        if span.contains(tile) { writer.write_own(tile, content) } else { Ok(()) }
-    }
-
-    /// Completes the store.
-    ///
-    /// # Errors
-    /// When it cannot be written; then its path is unchanged.
-    pub(crate) fn finish(mut self, durability: Durability) -> Result<StoreSummary, MapError> {
-        self.borders.write_rows_below(i32::MAX, &mut self.writer)?;
-        self.writer.finish(durability)
-    }
 }
 
 /// The next tiles whose surfels fit together, at least one.

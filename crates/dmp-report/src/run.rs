@@ -134,7 +134,7 @@ impl RunReport {
 /// A run's map; of places, their maps together.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct MapReport {
-    /// Surfels.
+    /// Surfels, before some are left out.
     pub surfels: u64,
     /// Tiles with anything in them.
     pub tiles: u64,
@@ -142,9 +142,8 @@ pub struct MapReport {
     pub thin_voxels: Option<u64>,
     /// Points of a given cloud, or triangles of a given mesh, that are not finite.
     pub map_points_dropped: u64,
-    /// Surfels before trails were excluded; null where they were not looked for.
-    pub surfels_with_trails: Option<u64>,
-    /// How many of those were excluded, since rays pass through them: see `docs/metric.md`.
+    /// How many of them are left out, since rays show that something moved: see `docs/metric.md`. Null for a given map and
+    /// for a score in parts.
     pub surfels_contradicted: Option<u64>,
 }
 
@@ -156,7 +155,6 @@ impl MapReport {
         self.tiles += other.tiles;
         self.thin_voxels = sum(self.thin_voxels, other.thin_voxels);
         self.map_points_dropped += other.map_points_dropped;
-        self.surfels_with_trails = sum(self.surfels_with_trails, other.surfels_with_trails);
         self.surfels_contradicted = sum(self.surfels_contradicted, other.surfels_contradicted);
     }
 }

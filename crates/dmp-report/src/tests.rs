@@ -25,7 +25,7 @@ fn fields_stand_in_their_order() {
     };
     order(
         serde_json::to_string(&report.config).unwrap(),
-        &["voxel_m", "horizon_m", "ego", "ego_cells", "ego_box_m", "every", "free_space"],
+        &["voxel_m", "horizon_m", "ego", "ego_cells", "ego_box_m", "every"],
     );
     order(
         serde_json::to_string(&report.pairs[0]).unwrap(),

@@ -10,7 +10,6 @@ use super::error::ShardError;
 use super::merge::{MergedPart, piece_name};
 use super::opened::Shard;
 use super::part::Part;
-use super::reach::Reach;
 use super::stage::Stage;
 
 impl Shard<'_> {
@@ -66,8 +65,7 @@ pub(super) fn pieces_in_reach(
     merged: &[(Part, MergedPart)],
     frames: &FrameSet,
 ) -> Result<Vec<Part>, ShardError> {
-    let edge_m = planned.lattice()?.tile_edge_m();
-    let reach = Reach::of(planned, run, frames, edge_m);
+    let reach = planned.reach(run, frames)?;
     let is_met = |merged: &MergedPart| {
         merged.pieces.get(run).is_some_and(|piece| piece.is_some_and(|piece| reach.meets(&piece.span())))
     };

@@ -79,10 +79,6 @@ impl ShardPlan {
     /// [`EvaluateError::Setting`] with the first of them.
     pub fn check_settings(config: &Config) -> Result<(), EvaluateError> {
         let refused = |setting, why| Err(EvaluateError::setting(setting, "in parts".to_owned(), why));
-        if config.free_space {
-            let why = "the search for trails needs the whole map";
-            return refused(SettingName::FreeSpace, why);
-        }
         if config.decide.is_some() {
             return refused(SettingName::Decide, "the decision needs the results of all parts");
         }

@@ -23,7 +23,6 @@ mod merge;
 mod needs;
 mod opened;
 mod part;
-mod reach;
 mod reduce;
 mod stage;
 mod suggest;

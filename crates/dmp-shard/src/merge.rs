@@ -2,9 +2,8 @@
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicU64, Ordering};
 
-use dmp::{EvaluateError, PlannedScore, Stage as Doing};
+use dmp::{EvaluateError, PlannedScore, Stage as Doing, so_far};
 use dmp_map::{Durability, Lattice, Origin, SumsFile, TileId, TileSpan, merge_sums};
 use serde::{Deserialize, Serialize};
 
@@ -116,14 +115,7 @@ impl Shard<'_> {
         map_bytes: usize,
         (planned, path, origin): (&PlannedScore<'_>, &std::path::Path, &Origin),
     ) -> Result<MapPiece, ShardError> {
-        let (progress, done) = (self.watch.progress, AtomicU64::new(0));
-        let on_tile = |tiles: u64, total: u64| {
-            let before = done.swap(tiles, Ordering::Relaxed);
-            if before == 0 {
-                progress.begin(Doing::Surfels, total);
-            }
-            progress.advance(tiles - before);
-        };
+        let on_tile = so_far(self.watch.progress, Doing::Surfels);
         let to = (path, origin, Durability::Durable);
         let merge = || merge_sums(lattice, files, span, map_bytes, to, &on_tile);
         let summary = planned.install(merge)?;

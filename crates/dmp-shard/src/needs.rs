@@ -61,7 +61,7 @@ impl Shard<'_> {
                     let name = |part| NeededFile { name: piece_name(part, run.file_stem), ranges: None };
                     files.extend(pieces.into_iter().map(name));
                 }
-                Ok(Needs { log: of_log(&frames), files })
+                Ok(Needs { log: of_log(&planned.scans_to_cast(&frames)?), files })
             }
             Stage::Drift => {
                 let revisits = AllRevisits::new(&planned);

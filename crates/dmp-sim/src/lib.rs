@@ -33,6 +33,7 @@
 //! ```
 
 mod city;
+mod company;
 mod error;
 mod errors;
 mod lidar;
@@ -47,6 +48,7 @@ mod town;
 mod ways;
 
 pub use city::{CityOptions, CityRecording};
+pub use company::Companion;
 pub use dmp_lengths::Scales;
 pub use error::SimError;
 pub use errors::{Noise, SlamErrors, ate_rmse_m, close_loop};

@@ -2,8 +2,9 @@
 
 use std::f64::consts::{PI, TAU};
 
-use dmp_sensor::{Isometry3, Scan, Vector3};
+use dmp_sensor::{Scan, Vector3};
 
+use crate::company::{self, Companion};
 use crate::error::SimError;
 use crate::lidar_options::{LidarOptions, Sweep};
 use crate::parts::solid::Hit;
@@ -56,11 +57,22 @@ impl Lidar {
     /// Sweep number `index` of a drive through `town`, with the sensor in the body frame. Its stamp is the
     /// start of the sweep; the returns are in the order in which they were made.
     pub fn scan(&self, town: &Town, drive: &Drive<'_>, index: usize) -> Scan {
+        self.scan_among(town, drive, &[], index).0
+    }
+
+    /// The same among companions, and whether each return is of something that moves.
+    pub(crate) fn scan_among(
+        &self,
+        town: &Town,
+        drive: &Drive<'_>,
+        companions: &[Companion],
+        index: usize,
+    ) -> (Scan, Vec<bool>) {
         let start_ns = drive.options().start_ns;
         let stamp_ns = self.stamp_ns(start_ns, index);
         let LidarOptions { azimuth_steps, sweep, .. } = self.options;
         let turn_ns = 1e9 / self.options.rate_hz;
-        let mut scan = Scan { stamp_ns: Some(stamp_ns), ..Scan::default() };
+        let (mut scan, mut is_moving) = (Scan { stamp_ns: Some(stamp_ns), ..Scan::default() }, Vec::new());
         let still = drive.world_from_body_at(stamp_ns);
         for firing in 0..azimuth_steps {
             let share = firing as f64 / azimuth_steps as f64;
@@ -70,22 +82,24 @@ impl Lidar {
                 Sweep::Instant => (still, stamp_ns),
             };
             let time_s = (at_ns - start_ns) as f64 * 1e-9;
+            let solids = company::solids(companions, drive, time_s);
             let place = [index as u64, firing as u64];
             let mut random = Random::new(self.options.seed, &[b'l'.into(), place[0], place[1]]);
             // A stream of its own: without this noise, all else is what it was.
             let mut aside = Random::new(self.options.seed, &[b'l'.into(), b'b'.into(), place[0], place[1]]);
             for fired in self.bearings(TAU * share - PI) {
                 let reported = self.reported(fired, &mut aside);
-                let Some(point) = self.measure(town, &pose, [fired, reported], time_s, &mut random) else {
-                    continue;
-                };
+                let (origin, direction) = (pose.translation.vector, pose.rotation * fired);
+                let hit = company::nearer(town.cast(origin, direction, time_s), &solids, origin, direction);
+                let Some(point) = self.measure(hit, reported, &mut random) else { continue };
+                is_moving.push(hit.is_some_and(|hit| hit.surface.is_moving()));
                 scan.points_in_sensor_m.push(point);
                 if sweep == Sweep::Spinning {
                     scan.time_offsets_ns.push(offset_ns);
                 }
             }
         }
-        scan
+        (scan, is_moving)
     }
 
     /// Unit vectors of the beams at an azimuth, lowest first, sensor frame.
@@ -106,21 +120,11 @@ impl Lidar {
         (fired + (left * random.normal() + up * random.normal()) * sigma).normalize()
     }
 
-    /// The point of one beam, sensor frame, from the bearing it was fired along and the one reported; `None`
-    /// where there is to be none.
-    fn measure(
-        &self,
-        town: &Town,
-        world_from_sensor: &Isometry3<f64>,
-        [fired, reported]: [Vector3<f64>; 2],
-        time_s: f64,
-        random: &mut Random,
-    ) -> Option<[f32; 3]> {
+    /// The point of one beam, sensor frame, from what it met and the bearing reported; `None` where there is to be none.
+    fn measure(&self, hit: Option<Hit>, reported: Vector3<f64>, random: &mut Random) -> Option<[f32; 3]> {
         let options = &self.options;
         // Drawn in any case: what one beam meets does not change the noise of the next.
         let (lost, noise) = (random.chance(options.drop_out), random.normal());
-        let direction = world_from_sensor.rotation * fired;
-        let hit = town.cast(world_from_sensor.translation.vector, direction, time_s);
         let range_m =
             hit.filter(|hit| !lost && self.sees(hit)).map(|hit| hit.range_m + options.range_noise_m * noise);
         match range_m.filter(|&range_m| range_m >= options.min_range_m) {

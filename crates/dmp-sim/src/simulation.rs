@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use dmp_sensor::{Scan, Trajectory};
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
+use crate::company::Companion;
 use crate::error::{SimError, require};
 use crate::lidar::{BATCH, Lidar};
 use crate::lidar_options::LidarOptions;
@@ -80,6 +81,7 @@ pub struct Recording<'a> {
     town: &'a Town,
     drive: Drive<'a>,
     lidar: Lidar,
+    companions: Vec<Companion>,
     scans: usize,
 }
 
@@ -90,7 +92,14 @@ impl<'a> Recording<'a> {
     /// When a number is outside its range.
     pub fn new(town: &'a Town, options: &RecordingOptions) -> Result<Self, SimError> {
         let lidar = Lidar::new(LidarOptions { seed: options.seed, ..options.lidar.clone() })?;
-        Ok(Self { town, drive: Drive::new(town, options.drive())?, lidar, scans: options.scans })
+        let (drive, companions) = (Drive::new(town, options.drive())?, Vec::new());
+        Ok(Self { town, drive, lidar, companions, scans: options.scans })
+    }
+
+    /// The same with others on the way.
+    #[must_use]
+    pub fn among(self, companions: Vec<Companion>) -> Self {
+        Self { companions, ..self }
     }
 
     /// The drive.
@@ -106,11 +115,15 @@ impl<'a> Recording<'a> {
 
     /// All scans in order, measured on all threads, a few at a time.
     pub fn scans(&self) -> impl Iterator<Item = Scan> {
+        self.scans_with_truth().map(|(scan, _)| scan)
+    }
+
+    /// The same, with whether each return is of something that moves.
+    pub fn scans_with_truth(&self) -> impl Iterator<Item = (Scan, Vec<bool>)> {
         (0..self.scans).step_by(BATCH).flat_map(|first| {
             let batch = first..(first + BATCH).min(self.scans);
-            let scans: Vec<Scan> =
-                batch.into_par_iter().map(|index| self.lidar.scan(self.town, &self.drive, index)).collect();
-            scans
+            let scan = |index| self.lidar.scan_among(self.town, &self.drive, &self.companions, index);
+            batch.into_par_iter().map(scan).collect::<Vec<_>>()
         })
     }
 

@@ -16,7 +16,7 @@ use crate::results::{Findings, MapSummary, map_report};
 /// [`Watch`].
 ///
 /// Reads the log twice: to fuse the maps and to cast the rays. With [`Config::sample`] the second reading
-/// covers the sample only. [`Config::free_space`] reads an eighth once more; [`Config::drift`] reads the scans of
+/// covers the sample only. An eighth is read once more to find what moved; [`Config::drift`] reads the scans of
 /// revisits once more. A few scans are read before and in between. Runs are scored as given:
 /// [`vet`](fn@crate::vet) detects runs that do not belong to the log, wrong clocks and wrong extrinsics. The
 /// report is bit-identical for every number of threads, memory budget and reading order, except its `timing`,
@@ -49,8 +49,8 @@ fn score<'a>(task: Task<'a>, runs: &'a [Run]) -> Result<Report, EvaluateError> {
     let fused = planned.fuse()?;
     times.of.fuse_s = times.lap_s();
 
-    // With `free_space`: the maps without trails, which the log's rays pass through.
-    let fused = fused.keep_out_trails()?;
+    // Without what moved: surfels that rays of the same pass go through.
+    let fused = fused.without_trails()?;
     times.of.trails_s = times.lap_s();
 
     // z' = S(M, T_z) for every return of every scan (eq. 6–7), and Σ (z − z')² (eq. 13).

@@ -4,9 +4,8 @@
 //! [`evaluate`] takes a log of scans and the [`Run`]s to compare; a run is a trajectory and optionally a map.
 //! It returns a [`Report`]: every run's scores, every pair's verdict and the ranking. First it plans: which
 //! scans, returns, voxels and segments count, the same for all runs. Then it fuses each run's map, casts
-//! every return into every map, and reduces the residuals. It reads the log twice, an eighth once more with
-//! [`Config::free_space`], on any number of threads and in bounded memory. Reading order, threads and memory
-//! change no number.
+//! every return into every map, and reduces the residuals. It reads the log twice and an eighth of it once
+//! more, on any number of threads and in bounded memory. Reading order, threads and memory change no number.
 //!
 //! The pieces:
 //! - [`Config`] holds every setting; its default fits a drive. [`Config::on`] resolves it for a log into
@@ -53,7 +52,9 @@ mod results;
 pub use evaluate::evaluate;
 pub use maps::{CloudMap, RunMaps, fuse_maps, map_of_cloud};
 pub use means::{machine_memory_bytes, peak_anonymous_bytes};
-pub use passes::{Casting, CopiedScans, OddScans, Oddity, Revisits, VisitPair, VoxelChoice, measure_drift};
+pub use passes::{
+    Casting, CopiedScans, OddScans, Oddity, Revisits, TilesInReach, VisitPair, VoxelChoice, measure_drift,
+};
 #[doc(hidden)]
 pub use places::{drawn_places, evaluate_quick, quick_reads};
 pub use planned::{PlacedRun, PlannedScore};
@@ -78,5 +79,5 @@ pub use dmp_runs::{
     Config, Decide, Doubt, DoubtTest, DriftPairs, DriftReach, EvaluateError, Found, Frame, FrameOrder, Looks,
     MapSource, Means, Mend, Note, PointTimes, PosesAs, Profile, Progress, Remedy, Run, RunSource, Sample,
     ScoredPlace, ScoredReturns, ScoredRun, SettingName, Settings, Sink, Stage, Unposed, VetSummary, Vetted,
-    Watch, file_stem_of, in_threads, profiles, vet, vet_outline,
+    Watch, file_stem_of, in_threads, profiles, so_far, vet, vet_outline,
 };

@@ -42,7 +42,7 @@ pub fn fuse_maps<'a>(
     Task::open(log, runs, config, watch.into())?.keeping(|task| {
         let planned = task.plan(runs)?;
         planned.foresee_disk(&planned.sound()?)?;
-        let fused = planned.fuse()?.keep_out_trails()?;
+        let fused = planned.fuse()?.without_trails()?;
         let maps = fused.runs.into_iter().map(|run| (run.run.name.clone(), run.map.store)).collect();
         Ok(RunMaps { maps, _work: fused.work })
     })

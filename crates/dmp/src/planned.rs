@@ -11,7 +11,8 @@ use dmp_runs::{Config, EvaluateError, Heads, Means, Run, Selection, Settings, Wa
 use dmp_sensor::{Isometry3, ReturnCounts, ReturnFilter};
 
 use crate::passes::{
-    Casting, Evaluation, FuseTotals, MapFacts, Plan, Revisits, RunMap, Task, VoxelChoice, horizon_m, jobs_of,
+    Casting, Evaluation, FuseTotals, MapFacts, Plan, Revisits, RunMap, Task, TilesInReach, VoxelChoice,
+    jobs_of,
 };
 use crate::results::{Findings, MapSummary, segment_report};
 
@@ -121,12 +122,6 @@ impl<'a> PlannedScore<'a> {
         self.0.plan.frames()[scan].returns
     }
 
-    /// The sensor's position at the stamp of a scan in a run, metres, in the world in which the run is scored.
-    pub fn position_m(&self, run: usize, scan: usize) -> Option<[f64; 3]> {
-        let pose = self.0.runs[run].poses.of_frame(&self.0.plan.frames()[scan])?;
-        Some(pose.translation.vector.into())
-    }
-
     /// The scans that are fused: some run has a pose for each.
     pub fn fused_scans(&self) -> FrameSet {
         (0..self.scans()).filter(|&scan| self.0.uses(scan)).collect()
@@ -154,11 +149,6 @@ impl<'a> PlannedScore<'a> {
     /// When the voxel edge is none.
     pub fn lattice(&self) -> Result<Lattice, EvaluateError> {
         Ok(Lattice::new(self.voxel().voxel_m)?)
-    }
-
-    /// How far predictions are searched along a ray, metres.
-    pub fn horizon_m(&self) -> f64 {
-        horizon_m(&self.0.settings)
     }
 
     /// Memory for one map that is fused, bytes.
@@ -189,7 +179,25 @@ impl<'a> PlannedScore<'a> {
         self.0.fuse_part(scans, path)
     }
 
-    /// Casts every return of some scans into every run's map, which `map` opens or makes at a path where it may lie.
+    /// The tiles of a run's map that casting some scans needs.
+    ///
+    /// # Errors
+    /// When the voxel edge is none.
+    pub fn reach(&self, run: usize, scans: &FrameSet) -> Result<TilesInReach, EvaluateError> {
+        self.0.reach(run, scans)
+    }
+
+    /// The scans that casting some scans reads: these, and those whose rays show what moved around them.
+    ///
+    /// # Errors
+    /// When the voxel edge is none.
+    pub fn scans_to_cast(&self, scans: &FrameSet) -> Result<FrameSet, EvaluateError> {
+        let mut all = self.0.followed_around(scans)?;
+        all.merge(scans);
+        Ok(all)
+    }
+
+    /// Casts every return of some scans into every run's map without what moved, which `map` opens or makes at a path where it may lie.
     ///
     /// # Errors
     /// When the log or a map cannot be read.
@@ -199,13 +207,13 @@ impl<'a> PlannedScore<'a> {
         map: impl Fn(&Self, usize, &Path) -> Result<Store, E>,
     ) -> Result<Casting, E> {
         let open = |number: usize| {
-            let path = self.0.work.file(&format!("{}.dmpmap", self.0.runs[number].file_stem));
+            let (path, _) = self.0.fused_file(&self.0.runs[number]);
             Ok(RunMap { store: map(&self, number, &path)?, facts: fused_facts(None) })
         };
         let maps: Vec<RunMap> = (0..self.0.runs.len()).map(open).collect::<Result<_, E>>()?;
         let runs = std::mem::take(&mut self.0.runs).into_iter().zip(maps);
         let runs = runs.map(|(run, map)| run.with_map(map).0).collect();
-        let (maps, tiles) = self.0.with_runs(runs).casters();
+        let (maps, tiles) = self.0.with_runs(runs).without_trails_around(scans)?.casters();
         Ok(maps.cast_part(&tiles, scans)?)
     }
 

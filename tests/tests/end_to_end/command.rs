@@ -76,22 +76,6 @@ fn the_json_is_documented_and_is_read_back_as_the_report() {
 }
 
 #[test]
-fn free_space_is_reported_and_refused_with_given_maps() {
-    let folder = tempfile::tempdir().unwrap();
-    let report = json(folder.path(), &format!("{TWO} --free-space --voxel 0.3"));
-    assert_documented(&report);
-    assert_eq!(report["order"][0], "truth");
-    for run in report["runs"].as_array().unwrap() {
-        let count = |field: &str| run[field].as_u64().unwrap();
-        assert!(count("surfels_contradicted") < count("surfels_with_trails"), "{run}");
-        assert_eq!(count("surfels") + count("surfels_contradicted"), count("surfels_with_trails"), "{run}");
-    }
-    write(folder.path(), "cloud.ply", "ply");
-    let given = "score @/town.mcap -t @/truth.tum --free-space --map cloud.ply";
-    refused(folder.path(), given, 2, &["free-space", "`truth`", "--map"]);
-}
-
-#[test]
 fn threads_memory_and_folder_change_no_bit_of_the_json() {
     let folder = tempfile::tempdir().unwrap();
     let expected = scores(&once(&format!("{TWO} --json --quiet")).output.stdout);

@@ -21,7 +21,7 @@ pub(crate) struct Disc {
 pub(crate) struct Ray {
     origin: Vector3<f64>,
     direction: Vector3<f64>,
-    pub(crate) z: f64,
+    z: f64,
     segment: i64,
 }
 
@@ -33,15 +33,21 @@ impl Ray {
     }
 
     /// Where the ray crosses a disc, if it does.
-    pub(crate) fn crossing(&self, disc: &Disc) -> Option<f64> {
+    fn crossing(&self, disc: &Disc) -> Option<f64> {
         let cos = disc.normal.dot(&self.direction);
         let t = disc.normal.dot(&(disc.centre - self.origin)) / cos;
         let off = self.origin + self.direction * t - disc.centre;
         (cos.abs() >= 0.01 && off.norm() <= 0.8 * VOXEL_M && (0.0..=200.0).contains(&t)).then_some(t)
     }
 
+    /// Whether it crosses a disc at `t` above the tile of 32 m that the disc's centre is in.
+    fn is_in_tile_of(&self, disc: &Disc, t: f64) -> bool {
+        let at = self.origin + self.direction * t;
+        (0..2).all(|k| (at[k] / 32.0).floor() == (disc.centre[k] / 32.0).floor())
+    }
+
     /// How far the ray ends behind the disc's plane when it crosses it at `t`, metres.
-    pub(crate) fn depth(&self, disc: &Disc, t: f64) -> f64 {
+    fn depth(&self, disc: &Disc, t: f64) -> f64 {
         (self.z - t) * disc.normal.dot(&self.direction).abs()
     }
 
@@ -50,6 +56,69 @@ impl Ray {
         disc.segments.iter().filter(|&&s| s < self.segment - reach).count() >= 3
             || disc.segments.iter().filter(|&&s| s > self.segment + reach).count() >= 3
     }
+}
+
+/// Of the surfels of a run those that its rays do not contradict: the definition in `docs/metric.md`, "What moves".
+pub(crate) fn without_what_moved(
+    (report, run, scans): (&dmp::Report, &Run, &[Scan]),
+    discs: Vec<Disc>,
+) -> Vec<Disc> {
+    let (in_world, segment_of) = (in_world(report, run), segments_of(report, run, scans.len()));
+    let count = 50.max(scans.len() / 8).min(scans.len());
+    let of_followed = |k: usize| rays(&scans[k..=k], &in_world, &segment_of[k..=k]);
+    let followed: Vec<Ray> = (0..count).flat_map(|k| of_followed(k * scans.len() / count)).collect();
+    assert!(followed.len() < 500_000, "of more returns some are drawn");
+    // Where each segment begins along the path, measured with a ruler of 6 m.
+    let track = Track::new(&in_world, dmp_sensor::Isometry3::identity(), i64::MAX);
+    let place = |scan: &Scan| track.world_from_sensor_at(scan.stamp_ns.unwrap()).unwrap().translation.vector;
+    let (mut end, mut begun_m, mut along_m, mut begins_m) = (place(&scans[0]), 0.0, 0.0f64, Vec::new());
+    for (scan, &segment) in scans.iter().zip(&segment_of) {
+        let apart_m = (place(scan) - end).norm();
+        along_m = along_m.max(begun_m + apart_m);
+        if apart_m >= 6.0 {
+            (end, begun_m) = (place(scan), along_m);
+        }
+        if begins_m.len() as i64 == segment {
+            begins_m.push(along_m);
+        }
+    }
+    assert!(along_m >= 96.0, "a shorter path has a shorter ruler");
+    let is_of_pass = |ray: &Ray, disc: &Disc| {
+        let mut seen = disc.segments.clone();
+        seen.sort_unstable();
+        let (third, third_last) = (seen[2], seen[seen.len() - 3]);
+        let here_m = begins_m[ray.segment as usize];
+        (third.min(third_last)..=third.max(third_last))
+            .any(|segment| (begins_m[segment as usize] - here_m).abs() <= 66.0)
+    };
+    let is_contradicted = |disc: &Disc| {
+        let (mut through, mut on) = (0, 0);
+        for ray in followed.iter().filter(|ray| is_of_pass(ray, disc)) {
+            match ray.crossing(disc).filter(|&t| ray.is_in_tile_of(disc, t)) {
+                Some(t) if (t - ray.z).abs() <= 0.5 => on += 1,
+                Some(t) if ray.depth(disc, t) > 0.5 => through += 1,
+                _ => {}
+            }
+        }
+        through >= 2 && through > on / 2
+    };
+    let mut tiles: BTreeMap<[i64; 2], (usize, usize)> = BTreeMap::new();
+    let tile_of = |disc: &Disc| [0, 1].map(|k| (disc.centre[k] / 32.0).floor() as i64);
+    let judged = |disc: Disc| {
+        let out = is_contradicted(&disc);
+        (disc, out)
+    };
+    let judged: Vec<(Disc, bool)> = discs.into_iter().map(judged).collect();
+    for (disc, out) in &judged {
+        let of_tile = tiles.entry(tile_of(disc)).or_default();
+        *of_tile = (of_tile.0 + usize::from(*out), of_tile.1 + 1);
+    }
+    // A tile that would lose more than a third keeps all.
+    let is_left_out = |disc: &Disc, out: bool| {
+        let (out_of_tile, all) = tiles[&tile_of(disc)];
+        out && 3 * out_of_tile <= all
+    };
+    judged.into_iter().filter(|(disc, out)| !is_left_out(disc, *out)).map(|(disc, _)| disc).collect()
 }
 
 /// The segment of each scan in a run, as the report states it.
@@ -202,6 +271,9 @@ fn the_pipeline_is_the_formulas() {
         assert_eq!(rays.len() as u64, reported.returns);
         let discs = surfels(&rays);
         assert_eq!(discs.len() as u64, reported.map.surfels);
+        let all = discs.len() as u64;
+        let discs = without_what_moved((&report, run, &scans), discs);
+        assert_eq!(reported.map.surfels_contradicted, Some(all - discs.len() as u64));
         let sums = scores(&rays, &discs);
         let returns = rays.len() as f64;
         let (hits, covered) = (sums["hits"], sums["covered"]);

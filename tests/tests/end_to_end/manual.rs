@@ -42,7 +42,7 @@ fn bash_completes_with_them() {
     let folder = tempfile::tempdir().unwrap();
     let script = crate::common::write(folder.path(), "dmp.bash", &done(folder.path(), "completions bash"));
     for (words, expected) in
-        [("dmp sc", "score"), ("dmp map ver", "verify"), ("dmp score --free", "--free-space")]
+        [("dmp sc", "score"), ("dmp map ver", "verify"), ("dmp score --seg", "--segment")]
     {
         let all: Vec<&str> = words.split(' ').collect();
         let [.., before, last] = all[..] else { unreachable!() };

@@ -172,7 +172,6 @@ fn what_is_not_for_rooms_is_refused_in_words() {
     let lines: Vec<String> = (0..12).map(|k| format!("{:.3} 0 0 0 0 0 0 1", 0.033 * f64::from(k))).collect();
     write_text(folder.path(), "run.txt", &lines.join("\n"));
     for (options, words) in [
-        ("--free-space", "free-space in a room"),
         ("--quick", "quick of a room"),
         ("--voxel 0.005", "0.005"),
         ("--max-range 0.2", "ranges 0.3 to 0.2 m"),

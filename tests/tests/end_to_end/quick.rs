@@ -163,14 +163,7 @@ fn the_command_reports_what_was_drawn_and_refuses_what_quick_cannot() {
     let short = ends(folder.path(), &format!("{all} --quick"), 0);
     assert_eq!(scores(&short.stdout), scores(&whole.stdout));
     has(&text(&short.stderr), &["note: ", "--quick would read "]);
-    for option in [
-        "--sample 28",
-        "--decide",
-        "--resume",
-        "--per-frame frames.csv",
-        "--free-space",
-        "--map truth=map.laz",
-    ] {
+    for option in ["--sample 28", "--decide", "--resume", "--per-frame frames.csv", "--map truth=map.laz"] {
         let name = option.split([' ', '=']).next().unwrap();
         misused(folder.path(), &format!("{arguments} {option}"), &[name, "--quick"]);
     }

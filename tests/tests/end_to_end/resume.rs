@@ -56,8 +56,8 @@ fn an_evaluation_in_many_pieces_is_the_one_in_one_piece() {
     let (scans, truth) = small_town(60, 180);
     write_chunks(&path, &scans, SMALL_CHUNK);
     let runs = runs_of(&truth, &[("noise", noise(0.05, 0.2)), ("drift", drift(1.0))]);
-    for (free_space, every) in [(true, 0), (false, 3600)] {
-        let config = Config { free_space, memory_bytes: 32 << 20, per_tile: true, ..plain() };
+    for every in [0, 3600] {
+        let config = Config { memory_bytes: 32 << 20, per_tile: true, ..plain() };
         let whole = evaluate(open(&path).as_ref(), &runs, &config, ()).unwrap();
         let pieces = Config {
             work_folder: folder.path().to_path_buf(),

@@ -55,7 +55,9 @@ fn a_scene_shows_all_and_changes_no_score() {
         for what in ["pose", "residual", "returns"] {
             assert_eq!(counts[&format!("/{run}/{what}")], scans, "{run} {what}");
         }
-        assert_eq!(points(&scene, &format!("/{run}/map")).0.len(), report["runs"][k]["surfels"]);
+        let of_run = |field: &str| report["runs"][k][field].as_u64().unwrap() as usize;
+        let drawn = points(&scene, &format!("/{run}/map")).0.len();
+        assert_eq!(drawn, of_run("surfels") - of_run("surfels_contradicted"));
         assert_eq!(points(&scene, &format!("/{run}/way")).0.len(), scans);
         assert_eq!(poses(&scene, &format!("/{run}/path")), poses(&scene, &format!("/{run}/pose")));
     }

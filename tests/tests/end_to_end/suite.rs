@@ -103,7 +103,7 @@ fn versions_are_compared_and_the_second_time_nothing_is_scored() {
 
 #[test]
 fn other_programs_can_fill_the_cache() {
-    let folder = suite(&[("a", ""), ("b", "max_range = 60\nfree_space = true"), ("same as a", "")], "");
+    let folder = suite(&[("a", ""), ("b", "max_range = 60\ndecide = true"), ("same as a", "")], "");
     let path = folder.path();
     let empty = ends(path, "suite s.toml --cached", 2);
     has(lines(&empty).last().unwrap(), &["error: s.toml: no log was scored", "not in the cache"]);

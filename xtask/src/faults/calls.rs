@@ -38,7 +38,7 @@ const MADE: [&str; 7] = [
 ];
 
 /// Every command: its name, its inputs (see [`Shop::files`]), its words.
-const CALLS: [(&str, &str, &str); 30] = [
+const CALLS: [(&str, &str, &str); 29] = [
     ("score", "t.mcap t.tum d.tum", "score t.mcap -t t.tum -t d.tum --json --resume=none"),
     (
         "score, every output",
@@ -61,11 +61,6 @@ const CALLS: [(&str, &str, &str); 30] = [
         "score --resume, beyond memory",
         "l.mcap l.tum",
         "score l.mcap -t l.tum --json --resume=0.001 --memory 32MiB",
-    ),
-    (
-        "score --free-space --resume",
-        "t.mcap t.tum d.tum",
-        "score t.mcap -t t.tum -t d.tum --json --resume=0.001 --free-space",
     ),
     ("score --quick", "q.mcap q.tum", "score q.mcap -t q.tum --quick=100% --json"),
     ("score --map", "t.mcap t.tum map.dmpmap", "score t.mcap -t t.tum --map map.dmpmap --json"),

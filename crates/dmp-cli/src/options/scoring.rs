@@ -43,12 +43,6 @@ pub(crate) static SEGMENT: Opt<Option<SegmentLength>> = Opt {
            beside it saw. Default: `auto`, 12 m or a sixteenth of a shorter drive; in a room a sixteenth of the scans",
     ..Opt::text(ReturnsAndMap, "segment", "LENGTH", "2s", values::segment)
 };
-pub(crate) static FREE_SPACE: Opt<bool> = Opt {
-    sets: Some(|config, is_on| config.free_space = is_on),
-    help: "Exclude trails of moving objects from all maps: surfels that rays pass through. Follows the rays of every eighth \
-           scan; not with --map",
-    ..Opt::switch(ReturnsAndMap, "free-space")
-};
 pub(crate) static DRIFT: Opt<DriftPairs> = Opt {
     alone: Some("all"),
     sets: Some(|config, pairs| config.drift = pairs),
@@ -95,7 +89,6 @@ pub(crate) static QUICK: Opt<f64> = Opt {
         &SAMPLE,
         &DECIDE,
         &input::MAPS,
-        &FREE_SPACE,
         &RESUME,
         &output::RESIDUALS,
         &output::PER_FRAME,
@@ -139,7 +132,7 @@ pub(crate) static RESUME: Opt<Option<Duration>> = Opt {
 
 /// What scores depend on besides the runs, for fused maps.
 pub(crate) const MAPPING: &[&dyn Entry] =
-    &[&input::EVERY, &SCALES, &MIN_RANGE, &MAX_RANGE, &EGO, &VOXEL, &SEGMENT, &FREE_SPACE];
+    &[&input::EVERY, &SCALES, &MIN_RANGE, &MAX_RANGE, &EGO, &VOXEL, &SEGMENT];
 /// What may be taken of the machine.
 pub(crate) const MEANS: &[&dyn Entry] = &[&MEMORY, &THREADS, &WORK];
 /// What `dmp score` and `dmp shard plan` evaluate, and how, besides the runs.

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use dmp_sim::{NoReturn, Route};
+use dmp_sim::{Companion, NoReturn, Route};
 
 use super::Group::Plain;
 use super::values::{self, parsed};
@@ -137,6 +137,25 @@ pub(crate) static ROUTE: Opt<Route> = Opt {
 };
 pub(crate) static TRAFFIC: Opt<usize> =
     Opt { help: "Number of moving cars. Default: 0", ..Opt::text(Plain, "traffic", "N", "20", parsed) };
+
+pub(crate) static COMPANY: Opt<Vec<Companion>> = Opt {
+    help: "What moves near the sensor all the way: `ahead=LENGTH` (a car that is followed), `stop-and-go`, `overtaking`, \
+           `oncoming`, `bus`, `crowd`; several with commas",
+    ..Opt::text(Plain, "company", "KIND", "ahead=15m,oncoming", companions)
+};
+
+fn companions(text: &str) -> Result<Vec<Companion>, String> {
+    let companion = |word: &str| match word.split_once('=') {
+        Some(("ahead", length)) => values::length_m(length).map(Companion::Ahead),
+        None if word == "stop-and-go" => Ok(Companion::StopAndGo),
+        None if word == "overtaking" => Ok(Companion::Overtaking),
+        None if word == "oncoming" => Ok(Companion::Oncoming),
+        None if word == "bus" => Ok(Companion::Bus),
+        None if word == "crowd" => Ok(Companion::Crowd),
+        _ => Err("expected ahead=LENGTH, stop-and-go, overtaking, oncoming, bus or crowd".to_owned()),
+    };
+    text.split(',').map(companion).collect()
+}
 
 pub(crate) static KM: Opt<f64> = Opt {
     is_needed: true,

@@ -94,7 +94,6 @@ fn settings(report: &Report) -> String {
         None if config.ego.cells == 0 && !config.scales.lengths().has_vehicle => None,
         None => Some(format!("{}, {}", config.ego.name(), counted(config.ego.cells as u64, "cell"))),
     };
-    let trails = if config.free_space { "excluded from the maps" } else { "in the maps" }.to_owned();
     let sampling = &report.sampling;
     let looks = sampling.looks.iter().flatten().map(|look| count(*look)).collect::<Vec<_>>().join(", ");
     let looks = if looks.is_empty() { looks } else { format!(", looks at {looks}") };
@@ -135,7 +134,6 @@ fn settings(report: &Report) -> String {
             let widest_m = config.scales.lengths().widest_m();
             format!("{} of {} m² in R_cv({widest_m})", config.miss_price, widest_m * widest_m)
         }),
-        ("trails", trails),
     ];
     terms(lines.into_iter().chain(vehicle.map(|vehicle| ("vehicle", vehicle))))
 }

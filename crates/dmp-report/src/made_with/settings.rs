@@ -42,8 +42,6 @@ pub struct ConfigReport {
     pub scales: Scales,
     /// Share of the full square, 100 m² on a drive, that a return without an independent crossing costs in `R_cv` at its largest truncation.
     pub miss_price: f64,
-    /// Whether trails of moving objects were kept out of the maps.
-    pub free_space: bool,
     /// The length of a segment that was given; null where each run's own path decides.
     pub segment: Option<SegmentLength>,
 }

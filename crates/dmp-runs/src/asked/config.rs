@@ -147,9 +147,6 @@ pub struct Config {
     /// Longest gap between poses that is interpolated, nanoseconds; `None`: 1 s, or three times the
     /// trajectory's median interval if longer.
     pub max_time_gap_ns: Option<i64>,
-    /// Whether trails of moving objects are excluded from the maps: the rays of every eighth scan, at least of 100, are
-    /// followed. Requires maps fused from the scans.
-    pub free_space: bool,
     /// The cost in `R_cv` of a return that no independent surfel predicts, at its largest truncation.
     pub miss_price: MissPrice,
     /// Confidence of all verdicts together. Among equal runs, any two are ranked apart with at most the
@@ -202,7 +199,6 @@ impl Default for Config {
             body_from_sensor: Isometry3::identity(),
             time_offset_ns: 0,
             max_time_gap_ns: None,
-            free_space: false,
             miss_price: MissPrice::default(),
             confidence: Confidence::P99,
             same_within: Margin::default(),

@@ -226,8 +226,6 @@ pub enum EvaluateError {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Remedy {
-    /// Fuse the maps from the scans, or keep trails.
-    NoMapOrNoFreeSpace,
     /// Use the voxels of the given map.
     VoxelOfMap,
     /// Score a sample of scans.
@@ -375,9 +373,6 @@ impl EvaluateError {
 impl Remedy {
     fn message_with(self, name: &dyn Fn(SettingName) -> String) -> String {
         match self {
-            Self::NoMapOrNoFreeSpace => {
-                format!("; remove {} or {}", name(SettingName::Map), name(SettingName::FreeSpace))
-            }
             Self::VoxelOfMap => format!("; remove {} to use those of the map", name(SettingName::Voxel)),
             Self::SampleScans => format!(": {} scores part of the scans", name(SettingName::Sample)),
         }

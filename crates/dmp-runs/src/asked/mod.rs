@@ -19,7 +19,7 @@ pub use drift::{DriftPairs, DriftReach};
 pub use error::{EvaluateError, Remedy};
 pub use error::{as_asked_m, in_voxels, in_words};
 pub use note::Note;
-pub use progress::{Progress, Stage};
+pub use progress::{Progress, Stage, so_far};
 pub use sample::{Decide, Looks, Sample};
 pub use setting_name::SettingName;
 pub use settings::{Means, Settings, check_runs};

@@ -1,5 +1,7 @@
 //! The progress of an evaluation, for a watcher that shows it and may stop it.
 
+use std::sync::atomic::{AtomicU64, Ordering};
+
 use crate::asked::note::Note;
 
 /// The current stage.
@@ -16,7 +18,7 @@ pub enum Stage {
     Fuse,
     /// Surfels are computed and stored. Counted in tiles.
     Surfels,
-    /// The rays of a sample of scans are counted in every map, to find trails. Counted in returns.
+    /// The rays of a sample of scans are followed through every map, to find what moved. Counted in returns.
     Trails,
     /// Returns are cast into every run's map. Counted in returns.
     Cast,
@@ -71,3 +73,15 @@ pub trait Progress: Sync {
 }
 
 impl Progress for () {}
+
+/// Reports a stage to `progress`, given how much of it is done so far and its total.
+pub fn so_far(progress: &dyn Progress, stage: Stage) -> impl Fn(u64, u64) + Sync {
+    let done = AtomicU64::new(0);
+    move |so_far, total| {
+        let before = done.swap(so_far, Ordering::Relaxed);
+        if before == 0 {
+            progress.begin(stage, total);
+        }
+        progress.advance(so_far - before);
+    }
+}

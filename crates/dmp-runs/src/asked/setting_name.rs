@@ -28,8 +28,6 @@ pub enum SettingName {
     Decide,
     /// The share of a log that a quick score reads.
     Quick,
-    /// [`Config::free_space`](crate::Config::free_space).
-    FreeSpace,
     /// [`Run::map`](crate::Run::map).
     Map,
     /// [`Config::time_offset_ns`](crate::Config::time_offset_ns); messages give it in seconds.
@@ -91,7 +89,6 @@ impl fmt::Display for SettingName {
             Self::Sample => "sample",
             Self::Decide => "decide",
             Self::Quick => "quick",
-            Self::FreeSpace => "free-space",
             Self::Map => "map",
             Self::TimeOffset => "time-offset",
             Self::PoseAt => "pose-at",

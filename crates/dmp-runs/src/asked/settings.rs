@@ -50,8 +50,6 @@ pub struct Settings {
     /// Longest gap between poses that is interpolated, nanoseconds; `None`: by each trajectory's own
     /// intervals.
     pub max_time_gap_ns: Option<i64>,
-    /// Whether trails are excluded from the maps.
-    pub free_space: bool,
     /// The cost of a miss.
     pub miss_price: MissPrice,
     /// Confidence of all verdicts together.
@@ -128,7 +126,6 @@ impl Config {
             body_from_sensor: self.body_from_sensor,
             time_offset_ns: self.time_offset_ns,
             max_time_gap_ns: self.max_time_gap_ns,
-            free_space: self.free_space,
             miss_price: self.miss_price,
             confidence: self.confidence,
             same_within: self.same_within,

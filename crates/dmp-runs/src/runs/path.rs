@@ -1,5 +1,7 @@
 //! The path of a run: the scans that it has poses for, the path length, and the segments. No other run changes it.
 
+use std::ops::RangeInclusive;
+
 use dmp_sensor::Vector3;
 
 use super::no_overlap::why_no_overlap;
@@ -84,6 +86,17 @@ impl RunPath {
         self.segment(ordinal).is_some()
     }
 
+    /// The segments that begin within `pass_m` metres of travel of a scan's own; none where the run has no pose for it.
+    pub fn pass(&self, ordinal: usize, pass_m: f64) -> Option<RangeInclusive<i32>> {
+        let segment = self.segment(ordinal)?;
+        let starts = &self.segments.starts;
+        let begins_m = |start: usize| self.along_m.get(start).copied().unwrap_or_default();
+        let here_m = begins_m(*starts.get(segment as usize)?);
+        let first = starts.partition_point(|&start| begins_m(start) < here_m - pass_m);
+        let end = starts.partition_point(|&start| begins_m(start) <= here_m + pass_m);
+        Some(first as i32..=end as i32 - 1)
+    }
+
     /// The path through some of the scans, which have the ordinals 0, 1, 2, … then. Segments keep their numbers.
     #[must_use]
     pub fn through(&self, ordinals: impl Iterator<Item = Option<usize>>) -> Self {
@@ -162,6 +175,23 @@ mod tests {
         assert!((noisy_m / smooth_m - 1.0).abs() < 0.02, "{noisy_m}");
         // Standing is no travel.
         assert!(*along_m(&way(2000, 0.0, 0.1), 1.0).last().unwrap() < 10.0);
+    }
+
+    #[test]
+    fn a_pass_has_the_segments_near_along_the_path() {
+        let starts = vec![0, 2, 4, 5];
+        let path = RunPath {
+            segment_of: vec![Some(0), Some(0), Some(1), None, Some(2), Some(3)],
+            segments: Segments { starts, ..Segments::default() },
+            along_m: vec![0.0, 6.0, 12.0, 20.0, 24.0, 90.0],
+            ..RunPath::default()
+        };
+        assert_eq!(path.pass(1, 12.0), Some(0..=1));
+        assert_eq!(path.pass(2, 12.0), Some(0..=2));
+        assert_eq!((path.pass(3, 12.0), path.pass(5, 12.0)), (None, Some(3..=3)));
+        // Some of the scans, with the segments of all.
+        let part = path.through([Some(4), Some(5)].into_iter());
+        assert_eq!((part.pass(0, 24.0), part.pass(1, 70.0)), (Some(0..=2), Some(2..=3)));
     }
 
     #[test]

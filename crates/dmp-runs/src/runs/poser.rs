@@ -54,6 +54,7 @@ impl Block<'_> {
 #[derive(Debug)]
 pub struct Poser<'a> {
     filter: &'a ReturnFilter,
+    one_in: u64,
     runs: Vec<RunCursor<'a>>,
     known: KnownPoses,
     offsets_ns: Vec<i64>,
@@ -92,11 +93,18 @@ impl<'a> Poser<'a> {
         let runs = runs.into_iter().map(posed).collect();
         Self {
             filter,
+            one_in: 1,
             runs,
             known: KnownPoses::default(),
             offsets_ns: Vec::new(),
             points_in_sensor_m: Vec::new(),
         }
+    }
+
+    /// The same for one return in so many, drawn by its coordinates; the others cost little and are not counted.
+    #[must_use]
+    pub fn taking_one_in(self, one_in: u64) -> Self {
+        Self { one_in: one_in.max(1), ..self }
     }
 
     /// Passes `each` the used returns of the scan with this ordinal, block by block, if some run has a pose for it. The
@@ -121,6 +129,9 @@ impl<'a> Poser<'a> {
         // The beams of a firing share their time and thus their poses.
         let mut posed_at_ns = None;
         for (index, &point) in scan.points_in_sensor_m.iter().enumerate() {
+            if self.one_in > 1 && drawn_by(point) % self.one_in != 0 {
+                continue;
+            }
             if let Err(reason) = self.filter.check(point) {
                 counts.add_dropped(reason, 1);
                 if is_implausible(point) {
@@ -225,6 +236,16 @@ impl<'a> Poser<'a> {
         let Self { runs, offsets_ns, points_in_sensor_m, .. } = self;
         Block { runs, offsets_ns, points_in_sensor_m }
     }
+}
+
+/// A number that is as good as random, of the cell of 0.1 m that a point is in: neither its place in the scan nor the
+/// rounding of a file changes what is drawn.
+fn drawn_by(point: [f32; 3]) -> u64 {
+    let mix = |hash: u64, c: &f32| {
+        let cell = (c * 10.0).floor() as i32 as u32;
+        (hash ^ u64::from(cell)).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(29)
+    };
+    point.iter().fold(0, mix) >> 20
 }
 
 impl RunCursor<'_> {

@@ -1,6 +1,8 @@
 //! A solid thing of a world, and what a ray meets of one.
 
-use super::shape::Shape;
+use nalgebra::Vector3;
+
+use super::shape::{Entry, Shape};
 
 /// Share of the light that comes back from the ground, seen straight on.
 pub(crate) const GROUND_REFLECTIVITY: f64 = 0.25;
@@ -23,6 +25,15 @@ pub enum Surface {
     ParkedCar,
     /// A car that drives.
     MovingCar,
+    /// Somebody who walks.
+    Person,
+}
+
+impl Surface {
+    /// Whether it moves.
+    pub fn is_moving(self) -> bool {
+        matches!(self, Self::MovingCar | Self::Person)
+    }
 }
 
 /// The first surface along a ray.
@@ -36,6 +47,13 @@ pub struct Hit {
     pub reflectivity: f64,
     /// What it is.
     pub surface: Surface,
+}
+
+impl Hit {
+    pub(crate) fn of(entry: &Entry, direction: Vector3<f64>, reflectivity: f64, surface: Surface) -> Self {
+        let cos_incidence = (-entry.normal.dot(&direction)).clamp(f64::MIN_POSITIVE, 1.0);
+        Self { range_m: entry.range_m, cos_incidence, reflectivity, surface }
+    }
 }
 
 /// A solid thing of a world.

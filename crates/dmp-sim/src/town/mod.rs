@@ -140,10 +140,7 @@ impl Town {
         if let Some(entry) = self.ground.entry(origin, direction, far_m) {
             hit = Some((entry, GROUND_REFLECTIVITY, Surface::Ground));
         }
-        hit.map(|(entry, reflectivity, surface)| {
-            let cos_incidence = (-entry.normal.dot(&direction)).clamp(f64::MIN_POSITIVE, 1.0);
-            Hit { range_m: entry.range_m, cos_incidence, reflectivity, surface }
-        })
+        hit.map(|(entry, reflectivity, surface)| Hit::of(&entry, direction, reflectivity, surface))
     }
 }
 

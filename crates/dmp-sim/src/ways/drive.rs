@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use dmp_sensor::{Isometry3, Trajectory, TrajectoryError};
+use dmp_sensor::{Isometry3, Trajectory, TrajectoryError, Vector3};
 
 use super::motion;
 use super::motion::{FORWARD_M_S2, HEIGHT_M, MARGIN_S, SIDEWAYS_M_S2, START_NS, WAVER, require_speed};
@@ -151,6 +151,19 @@ impl<'a> Drive<'a> {
             Stance::on_ground(self.town.ground_m(x, y), self.town.slope(x, y), yaw)
         };
         self.sways.pose(on_map, &stance, self.options.height_m, time_s)
+    }
+
+    /// Distance along its line at `time_s` after the start, metres.
+    pub(crate) fn path_m(&self, time_s: f64) -> f64 {
+        self.plan.path_m(time_s)
+    }
+
+    /// The ground `left_m` to the left of its line, and the direction of the line there.
+    pub(crate) fn beside_line(&self, path_m: f64, left_m: f64) -> (Vector3<f64>, f64) {
+        let at = self.plan.path.at(path_m);
+        let (sin, cos) = libm::sincos(at.heading_rad);
+        let [x, y] = [at.x - sin * left_m, at.y + cos * left_m];
+        (Vector3::new(x, y, self.town.ground_m(x, y)), at.heading_rad)
     }
 
     /// The true trajectory, `rate_hz` poses a second from just before the start to just after the end.

@@ -11,7 +11,7 @@ use super::named::NamedReport;
 type Fact = (MadeWith, &'static str, fn(&Report) -> String);
 
 /// In order: causes before the settings that follow from them.
-const FACTS: [Fact; 32] = [
+const FACTS: [Fact; 31] = [
     (MadeWith::Version, "dmp_version", |report| report.dmp_version.clone()),
     (MadeWith::Log, "inputs.fingerprint", |report| report.inputs.fingerprint.clone()),
     (MadeWith::Log, "inputs.bytes", |report| report.inputs.bytes.to_string()),
@@ -41,7 +41,6 @@ const FACTS: [Fact; 32] = [
     (MadeWith::Settings, "config.scales", |report| format!("{:?}", report.config.scales)),
     (MadeWith::Settings, "config.sigma_m", |report| or_null(report.config.sigma_m)),
     (MadeWith::Settings, "config.depth_noise", |report| format!("{:?}", report.config.depth_noise)),
-    (MadeWith::Settings, "config.free_space", |report| report.config.free_space.to_string()),
     (MadeWith::Settings, "config.segment", |report| format!("{:?}", report.config.segment)),
     (MadeWith::Vehicle, "config.ego_cells", |report| report.config.ego.cells.to_string()),
 ];

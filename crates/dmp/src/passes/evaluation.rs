@@ -74,7 +74,6 @@ impl<'a> Task<'a> {
         watch: Watch<'a>,
     ) -> Result<Self, EvaluateError> {
         check_runs(runs, &settings)?;
-        given::check_free_space(runs, &settings)?;
         let extent = Extent::of_runs(runs, &settings, &means)?;
         let work = Arc::new(Work::open(log, runs, &settings, &means, extent)?);
         Ok(Self { log, settings, means, work, watch })

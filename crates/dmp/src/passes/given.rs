@@ -7,9 +7,7 @@ use std::path::Path;
 use dmp_disk::DiskError;
 use dmp_log::{LengthUnit, NO_CHECKSUMS, is_mesh, read_cloud, read_mesh};
 use dmp_map::{FuseBuffers, Lattice, MapError, MapFuser, Store, TriangleSampler};
-use dmp_runs::{
-    EvaluateError, MapSource, Progress, Remedy, Run, SettingName, Settings, Stage, as_asked_m, in_voxels,
-};
+use dmp_runs::{EvaluateError, MapSource, Progress, Remedy, Run, SettingName, Stage, as_asked_m, in_voxels};
 use dmp_sensor::{Isometry3, Point3};
 
 /// Samples of a mesh per voxel edge: 25 on a filled voxel face, where three make a surfel.
@@ -18,24 +16,6 @@ const SAMPLES_PER_VOXEL: f64 = 5.0;
 const MAX_SAMPLES: u64 = 10_000_000_000;
 /// Samples fused at once.
 const BATCH: usize = 65_536;
-
-/// Rejects `free_space` with given maps, and where it is not supported.
-pub(crate) fn check_free_space(runs: &[Run], settings: &Settings) -> Result<(), EvaluateError> {
-    let lengths = settings.scales.lengths();
-    if settings.free_space && !lengths.has_free_space {
-        let why = "its tolerance of half a metre is for drives";
-        return Err(EvaluateError::setting(SettingName::FreeSpace, format!("in a {}", lengths.name), why));
-    }
-    match runs.iter().find(|run| settings.free_space && run.map != MapSource::Fused) {
-        Some(run) => Err(EvaluateError::Setting {
-            setting: SettingName::FreeSpace,
-            value: format!("with a map given for `{}`", run.name),
-            why: "it needs maps that are fused from the scans",
-            remedy: Some(Remedy::NoMapOrNoFreeSpace),
-        }),
-        None => Ok(()),
-    }
-}
 
 /// Opens the stores among the given maps; `None` for the other runs.
 ///

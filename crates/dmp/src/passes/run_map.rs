@@ -13,17 +13,26 @@ pub(crate) struct MapFacts {
     pub(crate) points_dropped: u64,
     /// Conversions of a given map, in words.
     pub(crate) notes: Vec<String>,
-    /// The trails found, if searched for.
+    /// What was left out; `None` for a given map.
     pub(crate) trails: Option<TrailFacts>,
 }
 
-/// The trails in a run's map that has all returns.
+/// What was left out of a run's map.
 #[derive(Debug, Clone, Copy, serde::Serialize, serde::Deserialize)]
 pub(crate) struct TrailFacts {
-    /// Surfels of that map.
+    /// Surfels and tiles before.
     pub(crate) surfels: u64,
-    /// Number of them that the rays contradict.
+    pub(crate) tiles: u64,
+    /// Number of surfels that the rays contradict.
     pub(crate) contradicted: u64,
+}
+
+impl TrailFacts {
+    pub(crate) fn of(fused: &Store, thinned: &Store) -> Self {
+        let surfels = fused.surfels();
+        let (tiles, contradicted) = (fused.entries().count() as u64, surfels - thinned.surfels());
+        Self { surfels, tiles, contradicted }
+    }
 }
 
 /// The map of one run, ready for casting.

@@ -1,155 +1,212 @@
-//! Detects the trails of moving objects: surfels that rays of the log pass through.
-
-use std::path::Path;
+//! Leaves out of the maps what moved: surfels that rays of the same pass go through.
 
 use dmp_cast::{CountBuffers, CrossingCounter, Query};
-use dmp_map::{MapError, Met, Store, Tally, thin_map};
-use dmp_runs::{EvaluateError, PlannedFrame, PosedRun, Poser, Stage, posed};
+use dmp_map::{Met, Store, Tally, TileId, thin_map};
+use dmp_reduce::FrameSet;
+use dmp_runs::{EvaluateError, PlannedFrame, PosedRun, Poser, Stage, posed, so_far};
 use dmp_sensor::Scan;
 
 use crate::means::peak;
+use crate::passes::cast::horizon_m;
 use crate::passes::evaluation::Evaluation;
 use crate::passes::frames::{Worker, each_frame_of};
-use crate::passes::fuse::{Fused, Life};
+use crate::passes::fuse::Fused;
+use crate::passes::reach::TilesInReach;
 use crate::passes::run_map::{MapFacts, RunMap, TrailFacts};
 use crate::passes::survey::spread;
 
-/// Rays that must pass through a surfel for it to count as free space.
-const MIN_THROUGH: u32 = 4;
+/// Rays that must go through a surfel for it to be left out: these, and more than half of those that end on it.
+const MIN_THROUGH: u32 = 2;
+
+/// A tile that would lose a larger share of its surfels keeps them: a street hardly moves so much (docs/accuracy.md), and a
+/// wrong run may contradict itself everywhere.
+const MOST_OUT: f64 = 1.0 / 3.0;
 
 /// The rays of one scan in so many are followed, and of no fewer scans than these.
-const SCANS_PER_SAMPLED: usize = 8;
-const FEWEST_SAMPLED: usize = 100;
+const SCANS_PER_FOLLOWED: usize = 8;
+const FEWEST_FOLLOWED: usize = 50;
 
-/// A run's map while rays are counted in it.
-struct Counting {
-    counter: CrossingCounter,
-    tally: Tally,
-    facts: MapFacts,
+/// Of them, one return in so many is followed, or as many more as make so many rays.
+const RETURNS_PER_RAY: u64 = 7;
+const FEWEST_RAYS: u64 = 250_000;
+
+/// A run's map at this stage.
+enum Followed {
+    Given(RunMap),
+    Fused { counter: CrossingCounter, tally: Tally, facts: MapFacts },
 }
 
 struct CountWorker<'e> {
     poser: Poser<'e>,
-    evaluation: &'e Evaluation<'e, Counting>,
+    evaluation: &'e Evaluation<'e, Followed>,
     queries: Vec<Query>,
     buffers: CountBuffers,
 }
 
 impl Worker for CountWorker<'_> {
     fn frame(&mut self, ordinal: usize, frame: &PlannedFrame, scan: &Scan) -> Result<(), EvaluateError> {
-        let Self { poser, evaluation, queries, buffers, .. } = self;
-        let counts = poser.blocks((ordinal, frame), scan, |block| {
+        let Self { poser, evaluation, queries, buffers } = self;
+        let pass_m = evaluation.settings.scales.lengths().pass_m;
+        poser.blocks((ordinal, frame), scan, |block| {
             for (number, run) in evaluation.runs.iter().enumerate() {
+                let Followed::Fused { counter, tally, .. } = &run.map else { continue };
+                let Some(pass) = run.path.pass(ordinal, pass_m) else { continue };
                 queries.clear();
                 queries.extend(block.posed(number).map(|(_, &ray)| Query { ray, segment: None }));
-                let Counting { counter, tally, .. } = &run.map;
-                counter.count(queries, tally, buffers).map_err(EvaluateError::map_of(run.name()))?;
+                counter.count(queries, pass, tally, buffers).map_err(EvaluateError::map_of(run.name()))?;
             }
             Ok::<(), EvaluateError>(())
         })?;
-        self.evaluation.progress.advance(counts.total());
+        evaluation.progress.advance(scan.len() as u64);
         Ok(())
     }
 }
 
 impl<'a> Evaluation<'a, RunMap> {
-    /// The maps without trails, if requested: a sample of the log's rays is followed through every map.
+    /// The maps without what moved: a sample of the log's rays is followed through every map that was fused.
     ///
     /// # Errors
     /// When the log or a map cannot be read, or a map not be written.
-    pub(crate) fn keep_out_trails(mut self) -> Result<Self, EvaluateError> {
-        if !self.settings.free_space || self.runs.iter().any(|run| run.map.facts.trails.is_some()) {
+    pub(crate) fn without_trails(self) -> Result<Self, EvaluateError> {
+        let is_pending = |run: &PosedRun<'_, RunMap>| run.map.facts.fused && run.map.facts.trails.is_none();
+        if !self.runs.iter().any(is_pending) {
             return Ok(self);
         }
         self.keep_if_due()?;
-        let bytes = self.work.budget().trails(self.runs.len());
-        let counting = |run: PosedRun<'a, RunMap>| {
-            let tally =
-                Tally::new(bytes.counts, self.work.path()).map_err(EvaluateError::map_of(run.name()))?;
-            let (run, RunMap { store, facts }) = run.with_map(());
-            let counter = CrossingCounter::new(store, bytes.tiles);
-            Ok(run.with_map(Counting { counter, tally, facts }).0)
-        };
-        let runs = std::mem::take(&mut self.runs);
-        let runs = runs.into_iter().map(counting).collect::<Result<_, EvaluateError>>()?;
-        let mut counting = self.with_runs(runs);
-        counting.count_crossings()?;
-        peak::look();
-        let mut runs = Vec::new();
-        for run in std::mem::take(&mut counting.runs) {
-            let (run, map) = run.with_map(());
-            let (path, life) = counting.map_file(&run);
-            let (map, scratch_bytes) = map.thinned(&path, life);
-            let map = map.map_err(EvaluateError::map_of(run.name()))?;
-            counting.fused.scratch_bytes += scratch_bytes;
-            runs.push(run.with_map(map).0);
-            peak::look();
-        }
-        let thinned = counting.with_runs(runs);
+        let followed = self.followed();
+        let thinned = self.thinned(&followed, |_, _| true)?;
         // The maps with trails that were kept are replaced at once: nothing that was done is lost.
         if thinned.work.holds::<Fused>() {
             thinned.kept_maps().save(&thinned.work)?;
         }
         Ok(thinned)
     }
-}
 
-impl Counting {
-    /// The map without contradicted surfels, and the bytes of counts that were spilled.
-    fn thinned(self, path: &Path, life: Life) -> (Result<RunMap, MapError>, u64) {
-        let Self { counter, tally, facts } = self;
-        let map = counter.store();
-        let into = (path, map.origin(), life.durability());
-        let thinned = thin_map(map, &tally, is_contradicted, into).and_then(|_| life.open(path));
-        let found = |store: Store| {
-            let surfels = map.surfels();
-            let trails = Some(TrailFacts { surfels, contradicted: surfels - store.surfels() });
-            RunMap { store, facts: MapFacts { trails, ..facts } }
+    /// The same, of each map the tiles that rays of `scans` may hit.
+    ///
+    /// # Errors
+    /// As [`Self::without_trails`].
+    pub(crate) fn without_trails_around(self, scans: &FrameSet) -> Result<Self, EvaluateError> {
+        let followed = self.followed_around(scans)?;
+        let reaches = (0..self.runs.len()).map(|run| self.reach(run, scans));
+        let reaches: Vec<TilesInReach> = reaches.collect::<Result<_, EvaluateError>>()?;
+        self.thinned(&followed, |run, tile| reaches[run].contains(tile))
+    }
+
+    fn thinned(
+        mut self,
+        followed: &FrameSet,
+        is_wanted: impl Fn(usize, TileId) -> bool + Sync,
+    ) -> Result<Self, EvaluateError> {
+        let fused = self.runs.iter().filter(|run| run.map.facts.fused).count();
+        let (bytes, on_m) = (self.work.budget().trails(fused), self.settings.scales.lengths().blocked_m);
+        let begin = |run: PosedRun<'a, RunMap>| {
+            let (run, map) = run.with_map(());
+            if !map.facts.fused {
+                return Ok(run.with_map(Followed::Given(map)).0);
+            }
+            let tally =
+                Tally::new(bytes.counts, self.work.path()).map_err(EvaluateError::map_of(run.name()))?;
+            let counter = CrossingCounter::new(map.store, on_m, bytes.tiles);
+            Ok(run.with_map(Followed::Fused { counter, tally, facts: map.facts }).0)
         };
-        (thinned.map(found), tally.scratch_bytes())
+        let runs = std::mem::take(&mut self.runs);
+        let runs = runs.into_iter().map(begin).collect::<Result<_, EvaluateError>>()?;
+        let mut counted = self.with_runs(runs);
+        counted.follow(followed)?;
+        peak::look();
+        let mut runs = Vec::new();
+        for (number, run) in std::mem::take(&mut counted.runs).into_iter().enumerate() {
+            let (run, map) = run.with_map(());
+            let map = match map {
+                Followed::Given(map) => map,
+                Followed::Fused { counter, tally, facts } => {
+                    counted.fused.scratch_bytes += tally.scratch_bytes();
+                    let map = (counter.store(), &tally);
+                    let store = counted.thin(&run, map, |tile| is_wanted(number, tile))?;
+                    let trails = Some(TrailFacts::of(counter.store(), &store));
+                    RunMap { store, facts: MapFacts { trails, ..facts } }
+                }
+            };
+            runs.push(run.with_map(map).0);
+            peak::look();
+        }
+        Ok(counted.with_runs(runs))
     }
 }
 
-/// The scans whose rays are followed, evenly spread over those of the log.
-fn sample_of(scans: usize) -> Vec<usize> {
-    spread(scans, FEWEST_SAMPLED.max(scans / SCANS_PER_SAMPLED))
+impl<M> Evaluation<'_, M> {
+    /// The scans whose rays are followed, evenly spread over those of the log.
+    fn followed(&self) -> FrameSet {
+        let scans = self.plan.frames().len();
+        spread(scans, FEWEST_FOLLOWED.max(scans / SCANS_PER_FOLLOWED)).into_iter().collect()
+    }
+
+    /// Those of them whose rays may cross a surfel that rays of `scans` may hit.
+    pub(crate) fn followed_around(&self, scans: &FrameSet) -> Result<FrameSet, EvaluateError> {
+        let edge_m = self.lattice()?.tile_edge_m();
+        let steps = steps(self.settings.max_range_m, edge_m);
+        let (all, mut around) = (self.followed(), FrameSet::default());
+        for run in 0..self.runs.len() {
+            let reach = self.reach(run, scans)?;
+            let is_near = |&ordinal: &usize| {
+                self.position_m(run, ordinal).is_some_and(|at| reach.is_near(at, steps, edge_m))
+            };
+            around.extend(all.iter().filter(is_near));
+        }
+        Ok(around)
+    }
+
+    /// The tiles of a run's map that rays from some scans may hit, and those whose discs reach into them.
+    pub(crate) fn reach(&self, run: usize, scans: &FrameSet) -> Result<TilesInReach, EvaluateError> {
+        let edge_m = self.lattice()?.tile_edge_m();
+        let positions_m = scans.iter().filter_map(|scan| self.position_m(run, scan));
+        Ok(TilesInReach::of(positions_m, steps(horizon_m(&self.settings), edge_m) + 1, edge_m))
+    }
+
+    fn position_m(&self, run: usize, ordinal: usize) -> Option<[f64; 2]> {
+        let position = self.runs[run].poses.of_frame(&self.plan.frames()[ordinal])?.translation;
+        Some([position.x, position.y])
+    }
+
+    /// Writes a run's map without what the rays contradict.
+    fn thin(
+        &self,
+        run: &PosedRun<'_, ()>,
+        map: (&Store, &Tally),
+        is_wanted: impl Fn(TileId) -> bool + Send,
+    ) -> Result<Store, EvaluateError> {
+        let (path, life) = self.map_file(run);
+        let (into, on_tile) = ((path.as_path(), life.durability()), so_far(self.progress, Stage::Surfels));
+        let written =
+            self.work.install(|| thin_map(map, is_wanted, (is_contradicted, MOST_OUT), into, &on_tile));
+        written.and_then(|_| life.open(&path)).map_err(EvaluateError::map_of(run.name()))
+    }
+}
+
+/// How many tiles a length reaches, and one more: the sensor moves during a scan.
+fn steps(length_m: f64, edge_m: f64) -> i32 {
+    (length_m / edge_m).ceil() as i32 + 1
 }
 
 fn is_contradicted(met: Met) -> bool {
-    met.through >= MIN_THROUGH && met.through > met.on
+    met.through >= MIN_THROUGH && met.through > met.on / 2
 }
 
-impl Evaluation<'_, Counting> {
-    fn count_crossings(&self) -> Result<(), EvaluateError> {
-        let frames = self.plan.frames();
-        let sample = sample_of(frames.len());
-        let is_sampled = |ordinal: usize| self.uses(ordinal) && sample.binary_search(&ordinal).is_ok();
-        let returns = sample.iter().filter(|&&k| self.uses(k)).map(|&k| frames[k].returns).sum();
-        self.progress.begin(Stage::Trails, returns);
+impl Evaluation<'_, Followed> {
+    fn follow(&self, followed: &FrameSet) -> Result<(), EvaluateError> {
+        self.progress.begin(Stage::Trails, self.plan.returns_of(followed));
+        // By the log alone: no part of a score and no other run changes it.
+        let one_in = (self.plan.returns_of(&self.followed()) / FEWEST_RAYS).clamp(1, RETURNS_PER_RAY);
         let worker = |_| CountWorker {
-            poser: Poser::new(posed(&self.runs), &self.plan.filter),
+            poser: Poser::new(posed(&self.runs), &self.plan.filter).taking_one_in(one_in),
             evaluation: self,
             queries: Vec::new(),
             buffers: CountBuffers::default(),
         };
         let workers = (0..self.means.threads).map(worker).collect();
         let reading = self.plan.reading(self.log, &self.means, self.progress);
-        each_frame_of(reading, is_sampled, workers).map(|_| ())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn an_eighth_of_the_scans_is_followed_and_of_short_logs_a_hundred() {
-        for (scans, followed) in [(0, 0), (22, 22), (101, 100), (800, 100), (808, 101), (80_000, 10_000)] {
-            let sample = sample_of(scans);
-            assert_eq!(sample.len(), followed, "{scans}");
-            assert!(
-                sample.windows(2).all(|pair| pair[1] > pair[0]) && sample.iter().all(|&scan| scan < scans)
-            );
-        }
+        let is_followed = |ordinal| followed.contains(ordinal) && self.uses(ordinal);
+        each_frame_of(reading, is_followed, workers).map(|_| ())
     }
 }

@@ -95,7 +95,7 @@ pub fn evaluate_quick<'a>(
     let timing = PassTimes {
         plan_s,
         fuse_s: totals.fuse_s / threads as f64,
-        trails_s: 0.0,
+        trails_s: totals.trails_s / threads as f64,
         cast_s: totals.cast_s / threads as f64,
         drift_s: 0.0,
         total_s,
@@ -214,7 +214,7 @@ fn check(runs: &[Run], settings: &Settings, means: &Means, share: f64) -> Result
     if settings.sample != Sample::All || settings.decide.is_some() {
         return bad("with a sample of scans".into(), "choose one of them");
     }
-    if settings.free_space || means.save_maps.is_some() || means.checkpoint_every.is_some() || means.resume {
+    if means.save_maps.is_some() || means.checkpoint_every.is_some() || means.resume {
         return bad("with a setting for whole maps".into(), "it makes maps of places only");
     }
     Ok(())

@@ -50,6 +50,7 @@ pub(super) struct PlaceTotals {
     pub(super) map_bytes: u64,
     pub(super) tile_loads: u64,
     pub(super) fuse_s: f64,
+    pub(super) trails_s: f64,
     pub(super) cast_s: f64,
     /// Damage, and the place at which it was seen.
     pub(super) damage: Vec<(usize, Damage)>,
@@ -70,6 +71,7 @@ impl PlaceTotals {
             map_bytes: 0,
             tile_loads: 0,
             fuse_s: 0.0,
+            trails_s: 0.0,
             cast_s: 0.0,
             damage: Vec::new(),
             lattice: None,
@@ -92,6 +94,7 @@ impl PlaceTotals {
         self.map_bytes += other.map_bytes;
         self.tile_loads += other.tile_loads;
         self.fuse_s += other.fuse_s;
+        self.trails_s += other.trails_s;
         self.cast_s += other.cast_s;
         self.damage.extend(other.damage);
         self.lattice = self.lattice.or(other.lattice);
@@ -149,6 +152,8 @@ impl PlaceScorer<'_> {
         let task = Task { log, settings, means, work, watch: Watch::from((watch, watch)) };
         let fused = task.planned(plan, runs).fuse()?;
         let fuse_s = start.elapsed().as_secs_f64();
+        let fused = fused.without_trails()?;
+        let trails_s = start.elapsed().as_secs_f64() - fuse_s;
         let (maps, _) = fused.casters();
         let (counts, tiles) = maps.cast_frames(scored)?;
         let stores = || maps.runs.iter().map(|run| (run.map.caster.map(), &run.map.facts));
@@ -162,7 +167,8 @@ impl PlaceScorer<'_> {
             map_bytes: stores().map(|(store, _)| tile_bytes(store)).sum(),
             tile_loads: first.tile_loads(),
             fuse_s,
-            cast_s: start.elapsed().as_secs_f64() - fuse_s,
+            trails_s,
+            cast_s: start.elapsed().as_secs_f64() - fuse_s - trails_s,
             lattice: Some(first.map().lattice()),
             ..PlaceTotals::new(self.runs.len())
         })

@@ -27,11 +27,10 @@ pub(crate) struct MapSummary {
 /// The part of a report that speaks of a map.
 pub(crate) fn map_report(store: &Store, facts: &MapFacts) -> MapReport {
     MapReport {
-        surfels: store.surfels(),
-        tiles: store.entries().count() as u64,
+        surfels: facts.trails.map_or(store.surfels(), |trails| trails.surfels),
+        tiles: facts.trails.map_or(store.entries().count() as u64, |trails| trails.tiles),
         thin_voxels: facts.thin_voxels,
         map_points_dropped: facts.points_dropped,
-        surfels_with_trails: facts.trails.map(|trails| trails.surfels),
         surfels_contradicted: facts.trails.map(|trails| trails.contradicted),
     }
 }
@@ -157,7 +156,6 @@ impl Findings<'_> {
                 DepthNoiseReport { least_m, growth_per_m, nearest_m }
             }),
             scales: config.scales,
-            free_space: config.free_space,
             segment: config.segment,
         }
     }

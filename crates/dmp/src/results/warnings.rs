@@ -5,7 +5,7 @@ use std::fmt::Display;
 
 use dmp_lengths::thousands;
 use dmp_log::StampJump;
-use dmp_runs::{MapSource, PosedRun, in_voxels};
+use dmp_runs::{PosedRun, in_voxels};
 use dmp_sensor::ReturnCounts;
 
 use crate::passes::{Plan, Scored};
@@ -31,12 +31,9 @@ const FRAMES_FEW: u64 = 40;
 
 /// Adds the warnings of the report and of its runs.
 pub(super) fn add<M>(report: &mut Report, plan: &Plan, scored: &Scored, runs: &[PosedRun<'_, M>]) {
-    let may_leave_trails = !report.config.free_space
-        && report.config.scales.lengths().has_free_space
-        && runs.iter().all(|state| state.run.map == MapSource::Fused);
     for (run, state) in report.runs.iter_mut().zip(runs) {
         // What is likely wrong comes before what follows from it.
-        run.warnings = state.hint.iter().cloned().chain(of_run(run, may_leave_trails)).collect();
+        run.warnings = state.hint.iter().cloned().chain(of_run(run)).collect();
     }
     report.warnings = of_report(report, plan, runs);
     report.warnings.extend(implausible(&scored.counts));
@@ -79,7 +76,7 @@ pub(super) fn implausible(counts: &ReturnCounts) -> Option<String> {
     })
 }
 
-fn of_run(run: &RunReport, may_leave_trails: bool) -> Vec<String> {
+fn of_run(run: &RunReport) -> Vec<String> {
     if let (0, Some(thin_voxels)) = (run.map.surfels, run.map.thin_voxels) {
         // What else could be reported follows from that.
         return vec![format!(
@@ -97,14 +94,13 @@ fn of_run(run: &RunReport, may_leave_trails: bool) -> Vec<String> {
         ));
     }
     if let Some(share) = run.blocked_rate.filter(|&share| share > BLOCKED_SUSPECT) {
-        let trails = if may_leave_trails {
-            "moving objects left trails (--free-space excludes them), or "
-        } else {
-            "the map is inconsistent: "
-        };
+        let found = run.map.surfels_contradicted.map_or_else(String::new, |found| {
+            let share = found as f64 / run.map.surfels.max(1) as f64;
+            format!(" ({:.1} % of the surfels are left out for this)", 100.0 * share)
+        });
         warnings.push(format!(
-            "{:.0} % of the returns are blocked: {trails}the trajectory is wrong, or not of this log and frame \
-             (--extrinsic, --time-offset, quaternion order)",
+            "{:.0} % of the returns are blocked: things move{found}, or the trajectory is wrong, or not of this log and \
+             frame (--extrinsic, --time-offset, quaternion order)",
             100.0 * share
         ));
     }

@@ -29,7 +29,7 @@ pub(super) const ROWS: &[Row] = &[
         },
         lines: "
             [ulimit -f 8] score town.mcap -t truth.tum --work work => 1 work | cannot write the store
-            [ulimit -f 8] map build town.mcap -t truth.tum -o maps/truth.dmpmap => 1 truth.dmpmap | cannot write
+            [ulimit -f 8] map build town.mcap -t truth.tum -o maps/truth.dmpmap => 1 truth.with-trails.dmpmap | cannot write
             [ulimit -f 8] convert log town.mcap -o new.mcap => 1 new.mcap | cannot write
             [ulimit -f 2] convert log town.mcap -o new --to pcd => 1 new | cannot write
             [ulimit -f 2] convert log town.mcap -o new --to laz => 1 new | cannot write

@@ -9,7 +9,7 @@ use std::process::Output;
 
 use serde_json::Value;
 
-use crate::common::{dmp, scores, text, town_in};
+use crate::common::{dmp, scores_in_parts, text, town_in};
 
 const TOWN: &str = "town.mcap -t truth.tum -t drift.tum --trust";
 const STAGES: [&str; 4] = ["fuse", "merge", "cast", "drift"];
@@ -50,12 +50,12 @@ fn all_stages(folder: &Path, work: &str, counts: Counts) {
 /// What `reduce` prints, but for what may differ, and the exit code.
 fn reduced(folder: &Path, work: &str) -> (Value, Option<i32>) {
     let output = does(folder, &format!("shard reduce {work} --json --quiet"));
-    (scores(&output.stdout), output.status.code())
+    (scores_in_parts(&output.stdout), output.status.code())
 }
 
 fn whole(folder: &Path, asked: &str) -> (Value, Option<i32>) {
     let output = does(folder, &format!("score {asked} --json --quiet"));
-    (scores(&output.stdout), output.status.code())
+    (scores_in_parts(&output.stdout), output.status.code())
 }
 
 /// Every file of a folder, by name.

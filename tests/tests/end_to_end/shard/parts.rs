@@ -163,8 +163,8 @@ fn a_log_with_holes_does_where_a_part_reads_nothing() {
             fs::remove_dir_all(&only).unwrap();
         }
     }
-    // Chunks that two parts read, and what identifies the file.
-    let most = bytes + bytes / 10 + 3 * (128 << 10);
+    // On a short log every part follows rays of nearly all scans, too.
+    let most = 3 * (bytes + (128 << 10));
     assert!(named > bytes / 2 && named <= most, "{named} of {bytes}");
 }
 
@@ -216,7 +216,6 @@ fn what_needs_a_whole_score_is_refused_in_parts() {
     let folder = folder.path();
     town_in(folder);
     for (options, words) in [
-        ("--free-space", ["free-space in parts", "the whole map"]),
         ("--decide", ["decide in parts", "results of all parts"]),
         ("--quick", ["--quick in parts", "use `dmp score`"]),
         ("--report a.html", ["--report in parts", "single returns"]),

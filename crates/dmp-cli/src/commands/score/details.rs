@@ -57,12 +57,6 @@ fn scores(out: &mut impl Write, report: &Report, terminal: Terminal) -> io::Resu
     let thin = |run: &RunReport| run.map.thin_voxels.map_or(NONE.to_owned(), count);
     rows.push(("thin voxels".to_owned(), Box::new(thin)));
     rows.push(("tiles".to_owned(), Box::new(|run| count(run.map.tiles))));
-    if report.config.free_space {
-        let or_none = |surfels: Option<u64>| surfels.map_or(NONE.to_owned(), count);
-        let with_trails = move |run: &RunReport| or_none(run.map.surfels_with_trails);
-        rows.push(("surfels with trails".to_owned(), Box::new(with_trails)));
-        rows.push(("  contradicted".to_owned(), Box::new(move |run| or_none(run.map.surfels_contradicted))));
-    }
     let runs: Vec<&RunReport> = report.in_order().collect();
     let mut sides = vec![Side::Left];
     sides.resize(1 + runs.len(), Side::Right);
@@ -87,19 +81,15 @@ fn returns(out: &mut impl Write, report: &Report) -> io::Result<()> {
 
 fn effort(report: &Report) -> [String; 2] {
     let (timing, memory) = (&report.timing, &report.memory);
-    let trails = if report.config.free_space {
-        format!("trails {}, ", text::duration(timing.trails_s))
-    } else {
-        String::new()
-    };
     let drift = match report.drift {
         Some(_) => format!("drift {}, ", text::duration(timing.drift_s)),
         None => String::new(),
     };
     let time = format!(
-        "Time    plan {}, fuse {}, {trails}cast {}, {drift}all {}; {}",
+        "Time    plan {}, fuse {}, trails {}, cast {}, {drift}all {}; {}",
         text::duration(timing.plan_s),
         text::duration(timing.fuse_s),
+        text::duration(timing.trails_s),
         text::duration(timing.cast_s),
         text::duration(timing.total_s),
         text::counted(timing.threads as u64, "thread")

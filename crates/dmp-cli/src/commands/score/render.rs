@@ -2,8 +2,8 @@
 
 use std::io::{self, Write};
 
-use dmp::{DriftReport, Report, RunReport};
-use dmp_draw::text::{self, counted, percent, shortened};
+use dmp::{DriftReport, Report};
+use dmp_draw::text::{self, counted, shortened};
 use dmp_draw::{answer, drift_beside_scores, drift_in_words, legend, pairs_in_words, promise};
 
 use super::ranked::Ranked;
@@ -94,7 +94,6 @@ fn what_went_in(report: &Report) -> Vec<String> {
     let mut lines = vec![settings(report)];
     lines.extend(report.inputs.without_checksums().map(|note| format!("log: {note}")));
     lines.extend(sampling::in_words(&report.sampling));
-    lines.extend(trails(report));
     for run in &report.inputs.runs {
         lines.extend(run.map_notes.iter().map(|note| format!("map of {}: {note}", run.name)));
     }
@@ -123,16 +122,6 @@ fn settings(report: &Report) -> String {
         config.min_range_m,
         config.max_range_m
     )
-}
-
-/// What was excluded from the maps.
-fn trails(report: &Report) -> Option<String> {
-    let of_run = |run: &RunReport| {
-        let (out, all) = (run.map.surfels_contradicted?, run.map.surfels_with_trails?);
-        Some(format!("{} {} %", run.name, percent(out as f64 / all.max(1) as f64)))
-    };
-    let of_runs: Vec<String> = report.runs.iter().filter_map(of_run).collect();
-    (!of_runs.is_empty()).then(|| format!("surfels excluded from the map as trails: {}", of_runs.join(", ")))
 }
 
 #[cfg(test)]

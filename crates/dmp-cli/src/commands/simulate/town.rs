@@ -26,11 +26,19 @@ pub(super) static SPEC: Spec = Spec {
             dmp simulate town -o town.mcap\n  \
             dmp simulate town -o drive/ --beams 64 --azimuth-steps 2048 --scans 1000 --route out-and-back\n  \
             dmp simulate town -o traffic.mcap --traffic 20 --scans 600 --seed 7\n  \
+            dmp simulate town -o queue.mcap --company ahead=15m,oncoming\n  \
             dmp simulate town -o alike.mcap --scenery alike --period 8m\n  \
             dmp simulate town -o tunnel.mcap --scenery tunnel --truth tunnel.tum",
     options: &[
         simulate::RECORDING,
-        &[&simulate::SCANS, &simulate::SCENERY, &simulate::PERIOD, &simulate::ROUTE, &simulate::TRAFFIC],
+        &[
+            &simulate::SCANS,
+            &simulate::SCENERY,
+            &simulate::PERIOD,
+            &simulate::ROUTE,
+            &simulate::TRAFFIC,
+            &simulate::COMPANY,
+        ],
     ],
     run,
     ..Spec::EMPTY
@@ -65,7 +73,8 @@ fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::Result<Exit
     let output = asked.need(&simulate::DRIVE)?;
     let options = options(asked);
     let town = options.town_of(scenery(asked)?).map_err(in_words)?;
-    let recording = Recording::new(&town, &options).map_err(in_words)?;
+    let companions = asked.get(&simulate::COMPANY).unwrap_or_default();
+    let recording = Recording::new(&town, &options).map_err(in_words)?.among(companions);
     let named = asked.get(&simulate::TRUTH);
     let truth_path = truth_path(&output, named.as_deref());
     let truth = if truth_path.extension().is_some_and(|extension| extension == "txt") {

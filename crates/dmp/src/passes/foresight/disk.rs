@@ -58,19 +58,15 @@ impl<M: Sync + Send> Evaluation<'_, M> {
         let aside: f64 = runs.iter().map(|run| run.put_aside(budget_bytes, pauses as u32)).sum();
         let aside_bytes = aside as u64 * SCRATCH_VOXEL_BYTES as u64;
         let map_bytes = (MAP_SURFEL_BYTES * runs.iter().map(|run| run.surfels).sum::<f64>()) as u64;
-        // With `free_space`, a map is written with trails and without. Only checkpoints keep the first until the end.
-        let with_trails = match (self.settings.free_space, means.checkpoint_every) {
-            (false, _) => 0,
-            (true, None) => {
-                (MAP_SURFEL_BYTES * runs.iter().map(|run| run.surfels).fold(0.0, f64::max)) as u64
-            }
-            (true, Some(_)) => map_bytes,
-        };
+        // A map is written with trails and without, one after the other. Only checkpoints keep the first until the end.
+        let largest = runs.iter().map(|run| run.surfels).fold(0.0, f64::max);
+        let twice =
+            if means.checkpoint_every.is_none() { (MAP_SURFEL_BYTES * largest) as u64 } else { map_bytes };
         let saved = u64::from(means.save_maps.is_some());
         let sizes = plan.looks.sizes();
         let scored = sizes.last().map_or(1.0, |&size| size as f64 / plan.frames().len().max(1) as f64);
         let watched = self.sink.work_bytes((scored * self.returns() as f64) as u64);
-        let work = map_bytes * (1 - saved) + with_trails + aside_bytes + watched;
+        let work = map_bytes * (1 - saved) + twice + aside_bytes + watched;
         DiskNeed { work, saved: map_bytes * saved }
     }
 }

@@ -1,10 +1,9 @@
 //! Paths, lifetimes and completion of map files.
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU64, Ordering};
 
 use dmp_map::{Durability, MapError, MapFuser, Origin, Store};
-use dmp_runs::{PosedRun, Progress, Stage};
+use dmp_runs::{PosedRun, Progress, Stage, so_far};
 
 use crate::passes::evaluation::Evaluation;
 
@@ -56,12 +55,9 @@ impl<M> Evaluation<'_, M> {
         }
     }
 
-    /// Path and lifetime of the map as it is fused: with trails, which are then excluded if that is requested.
-    pub(super) fn fused_file<N>(&self, run: &PosedRun<'_, N>) -> (PathBuf, Life) {
-        if self.settings.free_space {
-            return (self.work.file(&format!("{}.with-trails.dmpmap", run.file_stem)), self.life());
-        }
-        self.map_file(run)
+    /// Path and lifetime of the map as it is fused: with trails, which are then left out.
+    pub(crate) fn fused_file<N>(&self, run: &PosedRun<'_, N>) -> (PathBuf, Life) {
+        (self.work.file(&format!("{}.with-trails.dmpmap", run.file_stem)), self.life())
     }
 
     /// Path of the map made of a run's cloud.
@@ -82,13 +78,6 @@ pub(crate) fn finish(
     life: Life,
     progress: &dyn Progress,
 ) -> Result<(Store, u64), MapError> {
-    let done = AtomicU64::new(0);
-    let summary = fuser.finish(path, origin, life.durability(), &|tiles, total| {
-        let before = done.swap(tiles, Ordering::Relaxed);
-        if before == 0 {
-            progress.begin(Stage::Surfels, total);
-        }
-        progress.advance(tiles - before);
-    })?;
+    let summary = fuser.finish(path, origin, life.durability(), &so_far(progress, Stage::Surfels))?;
     Ok((life.open(&summary.path)?, summary.thin_voxels))
 }
