@@ -48,7 +48,7 @@ fn every_failed_gate_is_a_line_and_the_exit_code_is_4() {
         assert!(line.starts_with(&format!("gate failed: {expected} (")), "{line}");
         has(&table, &[&format!("FAILED {expected}")]);
     }
-    has(&table, &["passed truth: R_cv 0.5 m is 18.1 cm, not above 20.0 cm"]);
+    has(&table, &["passed truth: R_cv 0.5 m is 16.0 cm, not above 20.0 cm"]);
 }
 
 #[test]
@@ -127,7 +127,7 @@ fn ci_servers_read_annotations_and_junit() {
             "<testsuites tests=\"3\" failures=\"2\" errors=\"0\" skipped=\"0\" time=\"",
             "<testcase classname=\"truth\" name=\"",
             "<testcase classname=\"drift\" name=\"",
-            "<failure type=\"gate\" message=\"blocked is 54.3 %, above 20.0 %\"/>",
+            "<failure type=\"gate\" message=\"blocked is 39.4 %, above 20.0 %\"/>",
             "<failure type=\"gate\" message=\"worse than truth, at R_cv 10 m\"/>",
         ],
     );
