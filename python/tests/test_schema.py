@@ -93,7 +93,7 @@ def scores(folder: Path, room: Path, other_runs: dict[str, Path]) -> list[Any]:
         score(*a),
         score(*a, *b, "-t", NOISE, "-t", COLLAPSED, *every),
         score(*a, "-t", other_runs["same"], "--voxel", 0.3, "--drift=none"),
-        score(*a, *b, "--free-space", *page),
+        score(*a, *b, *page),
         score(*b, "-t", COLLAPSED, "--sample", 5, "--same-within", "1cm"),
         score(*a, "-t", NOISE, "--decide"),
         score(*a, "-t", NOISE, "--sample", 3, "--drift", "--ego=-1,-1,-2,1,1,1"),

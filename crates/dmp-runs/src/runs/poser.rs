@@ -129,7 +129,7 @@ impl<'a> Poser<'a> {
         // The beams of a firing share their time and thus their poses.
         let mut posed_at_ns = None;
         for (index, &point) in scan.points_in_sensor_m.iter().enumerate() {
-            if self.one_in > 1 && drawn_by(point) % self.one_in != 0 {
+            if self.one_in > 1 && !drawn_by(point).is_multiple_of(self.one_in) {
                 continue;
             }
             if let Err(reason) = self.filter.check(point) {

@@ -31,9 +31,11 @@ const RETURNS_PER_RAY: u64 = 7;
 const FEWEST_RAYS: u64 = 250_000;
 
 /// A run's map at this stage.
-enum Followed {
-    Given(RunMap),
-    Fused { counter: CrossingCounter, tally: Tally, facts: MapFacts },
+struct Followed {
+    counter: CrossingCounter,
+    /// `None` for a given map, which stays as it is.
+    tally: Option<Tally>,
+    facts: MapFacts,
 }
 
 struct CountWorker<'e> {
@@ -49,7 +51,7 @@ impl Worker for CountWorker<'_> {
         let pass_m = evaluation.settings.scales.lengths().pass_m;
         poser.blocks((ordinal, frame), scan, |block| {
             for (number, run) in evaluation.runs.iter().enumerate() {
-                let Followed::Fused { counter, tally, .. } = &run.map else { continue };
+                let Followed { counter, tally: Some(tally), .. } = &run.map else { continue };
                 let Some(pass) = run.path.pass(ordinal, pass_m) else { continue };
                 queries.clear();
                 queries.extend(block.posed(number).map(|(_, &ray)| Query { ray, segment: None }));
@@ -102,13 +104,10 @@ impl<'a> Evaluation<'a, RunMap> {
         let (bytes, on_m) = (self.work.budget().trails(fused), self.settings.scales.lengths().blocked_m);
         let begin = |run: PosedRun<'a, RunMap>| {
             let (run, map) = run.with_map(());
-            if !map.facts.fused {
-                return Ok(run.with_map(Followed::Given(map)).0);
-            }
-            let tally =
-                Tally::new(bytes.counts, self.work.path()).map_err(EvaluateError::map_of(run.name()))?;
+            let tally = map.facts.fused.then(|| Tally::new(bytes.counts, self.work.path())).transpose();
+            let tally = tally.map_err(EvaluateError::map_of(run.name()))?;
             let counter = CrossingCounter::new(map.store, on_m, bytes.tiles);
-            Ok(run.with_map(Followed::Fused { counter, tally, facts: map.facts }).0)
+            Ok(run.with_map(Followed { counter, tally, facts: map.facts }).0)
         };
         let runs = std::mem::take(&mut self.runs);
         let runs = runs.into_iter().map(begin).collect::<Result<_, EvaluateError>>()?;
@@ -117,16 +116,15 @@ impl<'a> Evaluation<'a, RunMap> {
         peak::look();
         let mut runs = Vec::new();
         for (number, run) in std::mem::take(&mut counted.runs).into_iter().enumerate() {
-            let (run, map) = run.with_map(());
-            let map = match map {
-                Followed::Given(map) => map,
-                Followed::Fused { counter, tally, facts } => {
-                    counted.fused.scratch_bytes += tally.scratch_bytes();
-                    let map = (counter.store(), &tally);
-                    let store = counted.thin(&run, map, |tile| is_wanted(number, tile))?;
-                    let trails = Some(TrailFacts::of(counter.store(), &store));
-                    RunMap { store, facts: MapFacts { trails, ..facts } }
-                }
+            let (run, Followed { counter, tally, facts }) = run.with_map(());
+            let map = if let Some(tally) = tally {
+                counted.fused.scratch_bytes += tally.scratch_bytes();
+                let map = (counter.store(), &tally);
+                let store = counted.thin(&run, map, |tile| is_wanted(number, tile))?;
+                let trails = Some(TrailFacts::of(counter.store(), &store));
+                RunMap { store, facts: MapFacts { trails, ..facts } }
+            } else {
+                RunMap { store: counter.into_store(), facts }
             };
             runs.push(run.with_map(map).0);
             peak::look();
