@@ -23,7 +23,7 @@ fn shares(report: &Report) -> [f64; 2] {
 fn what_is_left_out_is_that_of_counting_ray_by_ray() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("street.mcap");
-    let lidar = LidarOptions { azimuth_steps: 300, rate_hz: 2.0, ..LidarOptions::with_beams(16) };
+    let lidar = LidarOptions { azimuth_steps: 60, rate_hz: 2.0, ..LidarOptions::with_beams(16) };
     let options =
         RecordingOptions { seed: 4, scans: 110, route: Route::Loop, speed_m_s: 6.0, traffic: 40, lidar };
     let (scans, truth) = recorded(&options);
@@ -39,7 +39,7 @@ fn what_is_left_out_is_that_of_counting_ray_by_ray() {
         let discs = direct::surfels(&rays);
         let all = discs.len();
         let rest = direct::without_what_moved((&report, run, &scans), discs);
-        assert!(all - rest.len() > 30, "{}: {} of {all}", reported.name, rest.len());
+        assert!(all - rest.len() > 10, "{}: {} of {all}", reported.name, rest.len());
         assert_eq!(reported.map.surfels, all as u64, "{}", reported.name);
         assert_eq!(reported.map.surfels_contradicted, Some((all - rest.len()) as u64), "{}", reported.name);
         assert_eq!(reported.returns, rays.len() as u64);
