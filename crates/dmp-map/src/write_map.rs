@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use crate::MapError;
 use crate::grid::{Lattice, TileSpan};
 use crate::store::{Durability, Origin, StoreSummary, StoreWriter};
-use crate::surfels::{Border, TileSurfels, borders_of};
+use crate::surfels::{SurfelCode, TileSurfels, borders_of};
 
 /// The sums of all tiles of a map.
 pub(crate) trait SummedTiles: Sync {
@@ -93,7 +93,7 @@ fn next_batch(sums: &impl SummedTiles, tiles: &mut Peekable<impl Iterator<Item =
 /// never exceeds about two rows of borders.
 #[derive(Debug)]
 struct BorderQueue {
-    waiting: BTreeMap<TileId, Vec<Border>>,
+    waiting: BTreeMap<TileId, Vec<SurfelCode>>,
 }
 
 impl BorderQueue {
@@ -103,10 +103,8 @@ impl BorderQueue {
             if tile.y >= row && row != i32::MAX {
                 break;
             }
-            let copies = entry.remove();
-            let base_voxel_z =
-                writer.base_voxel_z(tile).unwrap_or_else(|| copies[copies.len() / 2].code.voxel[2]);
-            let codes = copies.iter().map(|copy| copy.code).collect();
+            let codes = entry.remove();
+            let base_voxel_z = writer.base_voxel_z(tile).unwrap_or_else(|| codes[codes.len() / 2].voxel[2]);
             writer.write_borders(tile, &TileSurfels { base_voxel_z, codes, thin_voxels: 0 })?;
         }
         Ok(())

@@ -14,4 +14,4 @@ pub use normal::smallest_eigenvector;
 pub use surfel::Surfel;
 pub use tile::{Tile, TileExtent};
 pub use tile_source::TileSource;
-pub(crate) use tile_surfels::{Border, TileSurfels, borders_of, surfels_of, surfels_of_cells};
+pub(crate) use tile_surfels::{TileSurfels, borders_of, surfels_of, surfels_of_cells};

@@ -128,24 +128,19 @@ fn normal_of<V: Borrow<VoxelRecord>>(cell: &[V], edge_units: u32) -> Option<[f64
     (eigenvalues[1] > MIN_SPREAD_UNITS2).then_some(normal)
 }
 
-/// A copy of a surfel for a neighbouring tile.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Border {
-    /// Relative to the neighbouring tile.
-    pub(crate) code: SurfelCode,
-    /// Its index among the surfels of its own tile.
-    pub(crate) index: usize,
-}
-
-/// Copies of the discs that reach over a border of `tile`, with the tile each reaches into.
-pub(crate) fn borders_of(lattice: &Lattice, tile: TileId, content: &TileSurfels) -> Vec<(TileId, Border)> {
+/// Copies of the discs that reach over a border of `tile`, with the tile each reaches into and relative to that tile.
+pub(crate) fn borders_of(
+    lattice: &Lattice,
+    tile: TileId,
+    content: &TileSurfels,
+) -> Vec<(TileId, SurfelCode)> {
     // A little more than the disc, so that rounding at the border loses nothing.
     const MARGIN_M: f32 = 1e-3;
     let edge_m = lattice.tile_edge_m() as f32;
     let edge_voxels = lattice.tile_voxels() as i32;
     let radius_m = lattice.disc_radius_m() as f32;
     let mut copies = Vec::new();
-    for (index, (code, surfel)) in content.codes.iter().zip(content.surfels(lattice)).enumerate() {
+    for (code, surfel) in content.codes.iter().zip(content.surfels(lattice)) {
         let half = surfel.half_extents_m(radius_m);
         let [x, y, _] = surfel.centre_in_tile_m;
         let steps = |centre: f32, half: f32| {
@@ -159,7 +154,7 @@ pub(crate) fn borders_of(lattice: &Lattice, tile: TileId, content: &TileSurfels)
                     let [x, y, z] = code.voxel;
                     let voxel = [x - dx * edge_voxels, y - dy * edge_voxels, z];
                     let neighbour = TileId { x: tile.x + dx, y: tile.y + dy };
-                    copies.push((neighbour, Border { code: SurfelCode { voxel, ..*code }, index }));
+                    copies.push((neighbour, SurfelCode { voxel, ..*code }));
                 }
             }
         }
@@ -239,7 +234,7 @@ mod tests {
         let copies = borders_of(&lattice, TileId { x: 4, y: -2 }, &content);
         let tiles: Vec<_> = copies.iter().map(|c| (c.0.x, c.0.y)).collect();
         assert_eq!(tiles, [(3, -2), (5, -2), (4, -1), (5, -1)]);
-        let there = TileSurfels { codes: copies.iter().map(|c| c.1.code).collect(), ..content };
+        let there = TileSurfels { codes: copies.iter().map(|c| c.1).collect(), ..content };
         let centres: Vec<_> = there.surfels(&lattice).map(|s| s.centre_in_tile_m).collect();
         let expected = [[32.3, 16.0, 0.0], [-0.2, 31.8, 0.0], [31.8, -0.2, 0.0], [-0.2, -0.2, 0.0]];
         for (centre, expected) in centres.iter().zip(expected) {
