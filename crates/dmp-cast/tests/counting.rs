@@ -118,6 +118,9 @@ fn counted(store: Store, queries: &[Query], budget_bytes: usize, block: usize) -
     let path = folder.path().join("thinned");
     let is_free = |met: Met| met.through > met.on;
     let map = (counter.store(), &tally);
+    // A tile that would lose more than the share keeps all.
+    thin_map(map, |_| true, (is_free, 0.0), (&path, Durability::Temporary), &|_, _| ()).unwrap();
+    assert_eq!(Store::open(&path).unwrap().surfels(), map.0.surfels());
     thin_map(map, |_| true, (is_free, 1.0), (&path, Durability::Temporary), &|_, _| ()).unwrap();
     let rest = direct(&Store::open(&path).unwrap(), &[], 0.0);
     (met, rest.into_iter().map(|(centre, _)| centre).collect())

@@ -15,9 +15,8 @@ use crate::write_map::{SummedTiles, write_map};
 const ROOM_BYTES: usize = 4 << 20;
 
 /// Writes the tiles of `map` that `is_wanted` to a store at `path`, without the surfels whose counts satisfy `is_out`; a
-/// tile that would lose more than a share `most_out` of them keeps all. The
-/// copies of discs in a tile are complete if its neighbours are wanted, too. `on_tile` receives, after each batch, the
-/// number of finished tiles and their total.
+/// tile that would lose more than a share `most_out` of them keeps all. The copies of discs in a tile are complete if its
+/// neighbours are wanted, too. `on_tile` receives, after each batch, the number of finished tiles and their total.
 ///
 /// # Errors
 /// When the map or the tally cannot be read, or the store cannot be written; then `path` is unchanged.

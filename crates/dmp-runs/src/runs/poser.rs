@@ -257,3 +257,29 @@ impl RunCursor<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_seventh_is_drawn_evenly_whatever_the_rounding() {
+        // Beams of 0.4 deg around a sensor: as many of each ring, near and far.
+        let point = |k: u32| {
+            let (bearing, up, range_m) =
+                (f64::from(k) * 0.0017, f64::from(k % 64) * 0.007 - 0.3, 3.0 + f64::from(k % 97) * 0.4);
+            [bearing.cos() * range_m, bearing.sin() * range_m, up * range_m].map(|c| c as f32)
+        };
+        let is_drawn = |point: [f32; 3]| drawn_by(point).is_multiple_of(7);
+        let (mut drawn, mut otherwise, mut rings) = (0, 0, [0; 8]);
+        for k in 0..50_000 {
+            let rounded = point(k).map(|c| (c * 1e4).round() / 1e4);
+            drawn += u32::from(is_drawn(point(k)));
+            rings[k as usize % 8] += u32::from(is_drawn(point(k)));
+            otherwise += u32::from(is_drawn(point(k)) != is_drawn(rounded));
+        }
+        assert!(drawn.abs_diff(50_000 / 7) < 300, "{drawn}");
+        assert!(rings.iter().all(|ring| ring.abs_diff(50_000 / 56) < 120), "{rings:?}");
+        assert!(otherwise < 50, "{otherwise} changed by rounding to 0.1 mm");
+    }
+}

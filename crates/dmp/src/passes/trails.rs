@@ -18,8 +18,8 @@ use crate::passes::survey::spread;
 /// Rays that must go through a surfel for it to be left out: these, and more than half of those that end on it.
 const MIN_THROUGH: u32 = 2;
 
-/// A tile that would lose a larger share of its surfels keeps them: a street hardly moves so much (docs/accuracy.md), and a
-/// wrong run may contradict itself everywhere.
+/// A tile that would lose a larger share of its surfels keeps them: a street hardly moves so much, and a wrong run may
+/// contradict itself everywhere.
 const MOST_OUT: f64 = 1.0 / 3.0;
 
 /// The rays of one scan in so many are followed, and of no fewer scans than these.
@@ -193,7 +193,8 @@ fn is_contradicted(met: Met) -> bool {
 
 impl Evaluation<'_, Followed> {
     fn follow(&self, followed: &FrameSet) -> Result<(), EvaluateError> {
-        self.progress.begin(Stage::Trails, self.plan.returns_of(followed));
+        let followed: FrameSet = followed.iter().filter(|&ordinal| self.uses(ordinal)).collect();
+        self.progress.begin(Stage::Trails, self.plan.returns_of(&followed));
         // By the log alone: no part of a score and no other run changes it.
         let one_in = (self.plan.returns_of(&self.followed()) / FEWEST_RAYS).clamp(1, RETURNS_PER_RAY);
         let worker = |_| CountWorker {
@@ -204,7 +205,6 @@ impl Evaluation<'_, Followed> {
         };
         let workers = (0..self.means.threads).map(worker).collect();
         let reading = self.plan.reading(self.log, &self.means, self.progress);
-        let is_followed = |ordinal| followed.contains(ordinal) && self.uses(ordinal);
-        each_frame_of(reading, is_followed, workers).map(|_| ())
+        each_frame_of(reading, |ordinal| followed.contains(ordinal), workers).map(|_| ())
     }
 }
