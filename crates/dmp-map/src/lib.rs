@@ -29,6 +29,7 @@
 mod error;
 mod fuser;
 mod grid;
+mod left_out;
 mod patch;
 mod store;
 mod sums;
@@ -45,6 +46,7 @@ pub use fuser::{FuseBuffers, MapFuser, SCRATCH_VOXEL_BYTES};
 #[doc(hidden)]
 pub use grid::UNITS_PER_M;
 pub use grid::{Lattice, TileSpan, TileTable};
+pub use left_out::PlacesLeftOut;
 pub use patch::{PatchBuilder, PatchWriter, Patches, PlacedPatches, Placement, PointsOfVoxel};
 pub use store::{Blob, Durability, Origin, OwnDisc, Store, StoreSummary, TileEntry, VERSION, join_stores};
 pub use sums::{SumsBlock, SumsFile, SumsList, merge_sums};

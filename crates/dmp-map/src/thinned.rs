@@ -1,4 +1,4 @@
-//! A map without some of its surfels.
+//! A map without some of its surfels, and the places that it left out.
 
 use std::path::Path;
 
@@ -15,7 +15,8 @@ use crate::write_map::{SummedTiles, write_map};
 const ROOM_BYTES: usize = 4 << 20;
 
 /// Writes the tiles of `map` that `is_wanted` to a store at `path`, without the surfels whose counts satisfy `is_out`; a
-/// tile that would lose more than a share `most_out` of them keeps all. The copies of discs in a tile are complete if its
+/// tile that would lose more than a share `most_out` of them keeps all. The store knows what it leaves
+/// out, see [`PlacesLeftOut`](crate::PlacesLeftOut). The copies of discs in a tile are complete if its
 /// neighbours are wanted, too. `on_tile` receives, after each batch, the number of finished tiles and their total.
 ///
 /// # Errors
@@ -66,7 +67,7 @@ impl<F: Fn(Met) -> bool + Sync> SummedTiles for Thinned<'_, F> {
         let out = is_out.iter().filter(|&&out| out).count();
         if out as f64 <= self.most_out * is_out.len() as f64 {
             let mut is_out = is_out.into_iter();
-            content.codes.retain(|_| is_out.next() != Some(true));
+            content.left_out = content.codes.extract_if(.., |_| is_out.next() == Some(true)).collect();
         }
         Ok(content)
     }

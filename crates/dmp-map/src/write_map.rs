@@ -105,7 +105,7 @@ impl BorderQueue {
             }
             let codes = entry.remove();
             let base_voxel_z = writer.base_voxel_z(tile).unwrap_or_else(|| codes[codes.len() / 2].voxel[2]);
-            writer.write_borders(tile, &TileSurfels { base_voxel_z, codes, thin_voxels: 0 })?;
+            writer.write_borders(tile, &TileSurfels { base_voxel_z, codes, ..TileSurfels::default() })?;
         }
         Ok(())
     }

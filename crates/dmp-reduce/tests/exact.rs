@@ -22,6 +22,7 @@ fn residuals() -> impl Strategy<Value = Residuals> {
                 .map(|first: f64| if first.abs() < 5.0 { first } else { nearest }),
             independent_m: first_m.filter(|_| !own).map(|_| zc),
             revisited: revisited && !own,
+            is_left_out: false,
             depth: first_m.map(|m| DepthResidual { first_m: 0.8 * m, first_sigmas: 7.0 * m }),
             surfaces: [SurfaceGroup::of_cube([cube, 0, 0]); 2],
         }

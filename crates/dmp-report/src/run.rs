@@ -18,6 +18,8 @@ pub struct RunReport {
     pub name: String,
     /// Returns scored.
     pub returns: u64,
+    /// Returns with a pose that are not scored: the map leaves out their places, since something moved there.
+    pub returns_left_out: u64,
     /// Scans scored.
     pub frames: usize,
     /// The paper's DMP: Σ (z − z1)² over returns with z1.
@@ -88,6 +90,7 @@ impl RunReport {
         Self {
             name,
             returns: sums.returns(),
+            returns_left_out: sums.left_out(),
             frames,
             dmp_sum_m2: sums.dmp_sum_m2(),
             dmp_mean_m2: sums.dmp_mean_m2(),

@@ -81,8 +81,8 @@ def read(path):
     with open(path, "rb") as file:
         data = file.read()
     magic, version, form, voxel_units, tile_voxels, across_steps = struct.unpack_from("<8s5I", data)
-    if (magic, version, form) != (b"DMPSTORE", 3, 1):
-        raise ValueError(f"{path}: {magic} of version {version} and form {form}, not form 1 of version 3")
+    if (magic, version, form) != (b"DMPSTORE", 4, 1):
+        raise ValueError(f"{path}: {magic} of version {version} and form {form}, not form 1 of version 4")
     checked(data[:60], struct.unpack_from("<I", data, 60)[0], "header")
     footer = data[-40:]
     start, length, crc, count, footer_crc, end = struct.unpack("<QQIQI8s", footer)
@@ -94,18 +94,18 @@ def read(path):
     own_from_world = struct.unpack_from("<7d", directory, 4 + text)
     tiles = []
     for k in range(count):
-        entry = struct.unpack_from("<5i2d" + 2 * "QIIII", directory, 60 + text + 84 * k)
+        entry = struct.unpack_from("<5i2d" + 3 * "QIIII", directory, 60 + text + 108 * k)
         y, x, base_voxel_z, lowest, highest, low, high = entry[:7]
-        surfels, blobs = [], [entry[7:12], entry[12:17]]
-        for offset, size, rows, cells, crc in blobs:
+        surfels, left_out, blobs = [], [], [entry[7:12], entry[12:17], entry[17:22]]
+        for found, (offset, size, rows, cells, crc) in zip([surfels, surfels, left_out], blobs):
             if rows:
                 blob = checked(data[offset:offset + size], crc, f"tile ({x}, {y})")
                 blob = zstandard.ZstdDecompressor().decompress(blob, max_output_size=15 * (cells + rows))
-                surfels += surfels_of(blob, cells, rows, voxel_units, across_steps, base_voxel_z)
+                found += surfels_of(blob, cells, rows, voxel_units, across_steps, base_voxel_z)
         origin = [v * voxel_units / 2**13 for v in (x * tile_voxels, y * tile_voxels, base_voxel_z)]
         tiles.append({"x": x, "y": y, "origin_in_world_m": origin, "z_range_m": [low, high],
                       "min_third_lowest": lowest, "max_third_highest": highest,
-                      "own": blobs[0][2], "surfels": surfels})
+                      "own": blobs[0][2], "surfels": surfels, "left_out": left_out})
     return {"provenance": directory[4:4 + text].decode(), "own_from_world": own_from_world,
             "voxel_units": voxel_units, "tiles": tiles}
 

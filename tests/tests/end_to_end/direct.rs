@@ -1,7 +1,7 @@
 //! The whole pipeline against the formulas written down once more: `f64`, sorted maps, every ray tested
 //! with every disc. Nothing here calls the crates that fuse, cast or reduce.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use dmp::{Config, Ego, Run};
 use dmp_sensor::{Isometry3, Quaternion, Scan, Track, Trajectory, Translation3, UnitQuaternion};
@@ -12,6 +12,7 @@ use crate::common::{drift, plain, runs_of, score, small_town, write_mcap};
 pub(crate) const VOXEL_M: f64 = 1.0;
 
 pub(crate) struct Disc {
+    voxel: [i64; 3],
     centre: Vector3<f64>,
     normal: Vector3<f64>,
     segments: Vec<i64>,
@@ -30,6 +31,11 @@ impl Ray {
     fn end_units(&self) -> [i64; 3] {
         let end = self.origin + self.direction * self.z;
         [end.x, end.y, end.z].map(|c| (c * 8192.0).round() as i64)
+    }
+
+    /// The voxel it ends in.
+    pub(crate) fn voxel(&self) -> [i64; 3] {
+        self.end_units().map(|c| c.div_euclid((VOXEL_M * 8192.0) as i64))
     }
 
     /// Where the ray crosses a disc, if it does.
@@ -58,11 +64,11 @@ impl Ray {
     }
 }
 
-/// Of the surfels of a run those that its rays do not contradict: the definition in `docs/metric.md`, "What moves".
+/// Of the surfels of a run those that its rays do not contradict, and the voxels of the others: the definition in `docs/metric.md`, "What moves".
 pub(crate) fn without_what_moved(
     (report, run, scans): (&dmp::Report, &Run, &[Scan]),
     discs: Vec<Disc>,
-) -> Vec<Disc> {
+) -> (Vec<Disc>, BTreeSet<[i64; 3]>) {
     let (in_world, segment_of) = (in_world(report, run), segments_of(report, run, scans.len()));
     let count = 50.max(scans.len() / 8).min(scans.len());
     let of_followed = |k: usize| rays(&scans[k..=k], &in_world, &segment_of[k..=k]);
@@ -118,7 +124,8 @@ pub(crate) fn without_what_moved(
         let (out_of_tile, all) = tiles[&tile_of(disc)];
         out && 3 * out_of_tile <= all
     };
-    judged.into_iter().filter(|(disc, out)| !is_left_out(disc, *out)).map(|(disc, _)| disc).collect()
+    let (out, kept): (Vec<_>, Vec<_>) = judged.into_iter().partition(|(disc, out)| is_left_out(disc, *out));
+    (kept.into_iter().map(|(disc, _)| disc).collect(), out.into_iter().map(|(disc, _)| disc.voxel).collect())
 }
 
 /// The segment of each scan in a run, as the report states it.
@@ -186,7 +193,8 @@ pub(crate) fn surfels(rays: &[Ray]) -> Vec<Disc> {
                 let normal = eigen.eigenvectors.column(order[0]).into_owned();
                 let corner = Vector3::from(voxel.map(|v| (v * edge) as f64 / 8192.0));
                 let (centre, normal) = rounded(corner, mean(&points), normal);
-                discs.push(Disc { centre, normal, segments: members.iter().map(|m| m.1).collect() });
+                let voxel = *voxel;
+                discs.push(Disc { voxel, centre, normal, segments: members.iter().map(|m| m.1).collect() });
             }
         }
     }
@@ -267,12 +275,15 @@ fn the_pipeline_is_the_formulas() {
 
     for (run, reported) in runs.iter().zip(&report.runs) {
         let segment_of = segments_of(&report, run, scans.len());
-        let rays = rays(&scans, &in_world(&report, run), &segment_of);
-        assert_eq!(rays.len() as u64, reported.returns);
+        let mut rays = rays(&scans, &in_world(&report, run), &segment_of);
+        assert_eq!(rays.len() as u64, reported.returns + reported.returns_left_out);
         let discs = surfels(&rays);
         assert_eq!(discs.len() as u64, reported.map.surfels);
         let all = discs.len() as u64;
-        let discs = without_what_moved((&report, run, &scans), discs);
+        let (discs, left_out) = without_what_moved((&report, run, &scans), discs);
+        rays.retain(|ray| !left_out.contains(&ray.voxel()));
+        assert_eq!(rays.len() as u64, reported.returns);
+        assert!(reported.returns_left_out > 0);
         assert_eq!(reported.map.surfels_contradicted, Some(all - discs.len() as u64));
         let sums = scores(&rays, &discs);
         let returns = rays.len() as f64;

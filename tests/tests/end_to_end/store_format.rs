@@ -1,6 +1,6 @@
 //! A committed map against what a script that knows nothing but `docs/store-format.md` found in it.
 
-use dmp_map::{Store, TileId};
+use dmp_map::{PlacesLeftOut, Store, TileId};
 use serde_json::Value;
 
 use crate::common::workspace;
@@ -23,7 +23,7 @@ fn a_committed_map_is_read_as_a_script_reads_it() {
     assert_eq!(store.lattice().voxel_m() * 8192.0, known["voxel_units"].as_f64().unwrap());
     let tiles = known["tiles"].as_array().unwrap();
     assert_eq!(store.entries().count(), tiles.len());
-    let (mut own, mut copies, mut without_support) = (0, 0, 0);
+    let (mut own, mut copies, mut all_left_out, mut without_support) = (0, 0, 0, 0);
     for known in tiles {
         let number = |name: &str| known[name].as_i64().unwrap();
         let id = TileId { y: number("y") as i32, x: number("x") as i32 };
@@ -49,11 +49,23 @@ fn a_committed_map_is_read_as_a_script_reads_it() {
             assert_eq!([surfel.third_lowest, surfel.third_highest].map(f64::from)[..], known[6..]);
             without_support += usize::from(surfel.third_lowest == i32::MAX);
         }
+        let known_left_out = known["left_out"].as_array().unwrap();
+        let left_out = PlacesLeftOut::of(&store, 1 << 20);
+        let centre = |surfel: &Value| -> [f64; 3] {
+            std::array::from_fn(|k| tile.origin_in_world_m[k] + surfel[k].as_f64().unwrap())
+        };
+        let mut found = Vec::new();
+        left_out.find(&store, known_left_out.iter().map(centre), &mut found).unwrap();
+        assert_eq!(found, vec![true; entry.left_out.surfels as usize]);
+        let above = surfels.iter().map(|surfel| centre(surfel).map(|c| c + 9.0));
+        left_out.find(&store, above, &mut found).unwrap();
+        assert!(found.iter().all(|out| !out));
+        all_left_out += found.len();
         own += tile.own;
         copies += tile.surfels.len() - tile.own;
     }
     assert!(
-        tiles.len() > 3 && own > 50 && copies > 3 && without_support > 0,
+        tiles.len() > 3 && own > 50 && copies > 3 && all_left_out > 50 && without_support > 0,
         "{own} {copies} {without_support}"
     );
 }

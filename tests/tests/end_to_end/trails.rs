@@ -31,17 +31,19 @@ fn what_is_left_out_is_that_of_counting_ray_by_ray() {
     let runs = runs_of(&truth, &[("noise", noise(0.05, 0.3)), ("drift", drift(2.0))]);
     let config = Config { voxel_m: Some(VOXEL_M), ego: Ego::None, ..plain() };
     let report = score(&path, &runs, &config);
-    // The maps have every surfel but those that the rays contradict, and every return is scored.
+    // The maps have every surfel but those that the rays contradict, and no return that ends on these is scored.
     for (run, reported) in runs.iter().zip(&report.runs) {
         let (segment_of, in_world) =
             (direct::segments_of(&report, run, scans.len()), direct::in_world(&report, run));
-        let rays = direct::rays(&scans, &in_world, &segment_of);
+        let mut rays = direct::rays(&scans, &in_world, &segment_of);
         let discs = direct::surfels(&rays);
         let all = discs.len();
-        let rest = direct::without_what_moved((&report, run, &scans), discs);
+        let (rest, left_out) = direct::without_what_moved((&report, run, &scans), discs);
         assert!(all - rest.len() > 10, "{}: {} of {all}", reported.name, rest.len());
         assert_eq!(reported.map.surfels, all as u64, "{}", reported.name);
         assert_eq!(reported.map.surfels_contradicted, Some((all - rest.len()) as u64), "{}", reported.name);
+        assert_eq!(reported.returns + reported.returns_left_out, rays.len() as u64);
+        rays.retain(|ray| !left_out.contains(&ray.voxel()));
         assert_eq!(reported.returns, rays.len() as u64);
         let sums = direct::scores(&rays, &rest);
         let relative = (reported.dmp_sum_m2 / sums["DMP"] - 1.0).abs();

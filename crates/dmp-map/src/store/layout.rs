@@ -8,7 +8,7 @@ use crate::surfels::{Surfel, TileExtent};
 use dmp_sensor::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 
 /// Version of the store format this program writes and reads.
-pub const VERSION: u32 = 3;
+pub const VERSION: u32 = 4;
 
 /// The header's code for the form of blobs: compressed codes of surfels.
 pub(super) const FORM: u32 = 1;
@@ -18,14 +18,14 @@ pub(super) const END_MAGIC: [u8; 8] = *b"DMPSTEND";
 pub(super) const HEADER_BYTES: usize = 64;
 /// Offset, length and CRC-32 of the directory, number of tiles, CRC-32 of those, end magic.
 pub(super) const FOOTER_BYTES: usize = 40;
-pub(super) const ENTRY_BYTES: usize = 84;
+pub(super) const ENTRY_BYTES: usize = 108;
 /// The frame of the map: x, y, z and the quaternion x, y, z, w.
 pub(super) const FRAME_BYTES: usize = 56;
 /// Most surfels of a tile: limits the allocation for a forged directory (1 GiB).
 pub(super) const MAX_TILE_SURFELS: u32 = 1 << 25;
 /// Longest text kept in a store.
 pub(super) const MAX_TEXT_BYTES: usize = 1 << 20;
-/// Limit of a directory, which is read whole: six million tiles.
+/// Limit of a directory, which is read whole: five million tiles less a few.
 pub(super) const MAX_DIRECTORY_BYTES: u64 = 512 << 20;
 /// Upper limit of zstd's ratio: a block of at least 4 bytes gives at most 128 KiB.
 const MOST_INFLATION: u64 = 1 << 15;
@@ -37,7 +37,7 @@ pub struct Blob {
     pub offset: u64,
     /// Length, bytes.
     pub bytes: u32,
-    /// Number of surfels: the tile's own in the first blob, copies in the second.
+    /// Number of surfels.
     pub surfels: u32,
     /// Number of cells that hold them.
     pub rows: u32,
@@ -88,6 +88,8 @@ pub struct TileEntry {
     pub own: Blob,
     /// Copies of neighbours' discs that reach into it.
     pub borders: Blob,
+    /// Surfels whose voxels lie in the tile and that the map leaves out.
+    pub left_out: Blob,
     /// z of the voxels on whose lower faces the tile's z is 0.
     pub base_voxel_z: i32,
     /// Bounds of its surfels, copies included.
@@ -96,7 +98,13 @@ pub struct TileEntry {
 
 impl TileEntry {
     pub(super) fn new(tile: TileId, base_voxel_z: i32) -> Self {
-        Self { tile, own: Blob::default(), borders: Blob::default(), base_voxel_z, extent: TileExtent::EMPTY }
+        let [own, borders, left_out] = [Blob::default(); 3];
+        Self { tile, own, borders, left_out, base_voxel_z, extent: TileExtent::EMPTY }
+    }
+
+    /// All its blobs.
+    pub fn blobs(&self) -> [Blob; 3] {
+        [self.own, self.borders, self.left_out]
     }
 
     /// Surfels to load: its own and the copies.
@@ -125,7 +133,7 @@ impl TileEntry {
         for value in z_range_m {
             out.extend(value.to_le_bytes());
         }
-        for blob in [self.own, self.borders] {
+        for blob in self.blobs() {
             out.extend(blob.offset.to_le_bytes());
             for value in [blob.bytes, blob.surfels, blob.rows, blob.crc32] {
                 out.extend(value.to_le_bytes());
@@ -140,14 +148,14 @@ impl TileEntry {
         let z_range_m = [at.f64(), at.f64()];
         let mut blob =
             || Blob { offset: at.u64(), bytes: at.u32(), surfels: at.u32(), rows: at.u32(), crc32: at.u32() };
-        let (own, borders) = (blob(), blob());
+        let (own, borders, left_out) = (blob(), blob(), blob());
         let extent = TileExtent { z_range_m, min_third_lowest, max_third_highest };
-        Self { tile, own, borders, base_voxel_z, extent }
+        Self { tile, own, borders, left_out, base_voxel_z, extent }
     }
 
     /// Whether it is valid in a file whose blobs end at `blobs_end`.
     pub(super) fn check(&self, blobs_end: u64) -> Result<(), String> {
-        for blob in [&self.own, &self.borders] {
+        for blob in self.blobs() {
             let end = blob.offset.checked_add(u64::from(blob.bytes));
             let inside = blob.offset >= HEADER_BYTES as u64 && end.is_some_and(|end| end <= blobs_end);
             let empty = blob.bytes == 0 && blob.rows == 0 && blob.surfels == 0;

@@ -63,7 +63,15 @@ impl Store {
         let Some(entry) = self.entry(tile) else { return Ok(TileSurfels::default()) };
         let mut codes = Vec::with_capacity(entry.own.surfels as usize);
         self.codes(entry, &entry.own, Whose::Own, |code| codes.push(*code))?;
-        Ok(TileSurfels { base_voxel_z: entry.base_voxel_z, codes, thin_voxels: 0 })
+        Ok(TileSurfels { base_voxel_z: entry.base_voxel_z, codes, ..TileSurfels::default() })
+    }
+
+    /// The voxels of a tile whose surfels the map leaves out.
+    pub(crate) fn left_out(&self, tile: TileId) -> Result<Vec<[i32; 3]>, MapError> {
+        let Some(entry) = self.entry(tile) else { return Ok(Vec::new()) };
+        let mut voxels = Vec::with_capacity(entry.left_out.surfels as usize);
+        self.codes(entry, &entry.left_out, Whose::Own, |code| voxels.push(code.voxel))?;
+        Ok(voxels)
     }
 
     fn codes(

@@ -15,7 +15,7 @@ use super::layout::{
 use super::read::Store;
 use crate::MapError;
 use crate::grid::Lattice;
-use crate::surfels::TileSurfels;
+use crate::surfels::{SurfelCode, TileSurfels};
 
 /// Whether a store must survive a power cut.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -88,14 +88,16 @@ impl StoreWriter {
     pub(crate) fn write_own(&mut self, tile: TileId, content: &TileSurfels) -> Result<(), MapError> {
         self.thin_voxels += content.thin_voxels;
         if !content.codes.is_empty() {
-            let blob = self.write_blob(tile, content)?;
-            self.bound(tile, content).own = blob;
+            let blobs = [&content.codes, &content.left_out].map(|codes| self.write_blob(tile, codes));
+            let [own, left_out] = blobs;
+            let entry = self.bound(tile, content);
+            (entry.own, entry.left_out) = (own?, left_out?);
         }
         Ok(())
     }
 
     pub(crate) fn write_borders(&mut self, tile: TileId, content: &TileSurfels) -> Result<(), MapError> {
-        let blob = self.write_blob(tile, content)?;
+        let blob = self.write_blob(tile, &content.codes)?;
         self.bound(tile, content).borders = blob;
         Ok(())
     }
@@ -107,8 +109,11 @@ impl StoreWriter {
         entry
     }
 
-    fn write_blob(&mut self, tile: TileId, content: &TileSurfels) -> Result<Blob, MapError> {
-        let count = content.codes.len();
+    fn write_blob(&mut self, tile: TileId, codes: &[SurfelCode]) -> Result<Blob, MapError> {
+        let count = codes.len();
+        if count == 0 {
+            return Ok(Blob::default());
+        }
         let surfels = u32::try_from(count).ok().filter(|&surfels| surfels <= MAX_TILE_SURFELS);
         let surfels = surfels.ok_or_else(|| MapError::Damaged {
             path: self.path.clone(),
@@ -117,8 +122,7 @@ impl StoreWriter {
                 "tile {tile} would hold {count} surfels, more than the {MAX_TILE_SURFELS} a tile may have"
             ),
         })?;
-        let (packed, rows) =
-            pack(&content.codes).map_err(MapError::io(&self.path, "cannot compress a tile"))?;
+        let (packed, rows) = pack(codes).map_err(MapError::io(&self.path, "cannot compress a tile"))?;
         Ok(Blob { surfels, rows, ..self.put_blob(&packed)? })
     }
 
@@ -146,7 +150,7 @@ impl StoreWriter {
     /// When it is damaged, or cannot be written.
     pub(crate) fn copy(&mut self, from: &Store, entry: &TileEntry) -> Result<(), MapError> {
         let mut copied = *entry;
-        for blob in [&mut copied.own, &mut copied.borders] {
+        for blob in [&mut copied.own, &mut copied.borders, &mut copied.left_out] {
             if blob.surfels > 0 {
                 let bytes = from.blob(entry.tile, blob)?;
                 *blob = Blob { surfels: blob.surfels, rows: blob.rows, ..self.put_blob(&bytes)? };

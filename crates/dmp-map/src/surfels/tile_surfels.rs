@@ -25,6 +25,8 @@ pub(crate) struct TileSurfels {
     /// z of the voxels on whose lower faces z is 0.
     pub(crate) base_voxel_z: i32,
     pub(crate) codes: Vec<SurfelCode>,
+    /// Those that the map leaves out.
+    pub(crate) left_out: Vec<SurfelCode>,
     /// Voxels with fewer than three points, no normal, or no plane.
     pub(crate) thin_voxels: u64,
 }
@@ -230,7 +232,7 @@ mod tests {
             code(0.3, 16.0, [1.0, 0.0, 0.0]), // a wall along the border: none
             code(31.8, 31.8, flat),           // east, north, north-east
         ];
-        let content = TileSurfels { base_voxel_z: 2, codes, thin_voxels: 0 };
+        let content = TileSurfels { base_voxel_z: 2, codes, ..TileSurfels::default() };
         let copies = borders_of(&lattice, TileId { x: 4, y: -2 }, &content);
         let tiles: Vec<_> = copies.iter().map(|c| (c.0.x, c.0.y)).collect();
         assert_eq!(tiles, [(3, -2), (5, -2), (4, -1), (5, -1)]);

@@ -37,7 +37,7 @@ impl KeptReturn {
     /// What is kept of a return in a run that is judged by `basis`.
     #[inline]
     pub fn of(residuals: &Residuals, basis: Basis, scales: Scales) -> Self {
-        let finite = |m: Option<f64>| m.filter(|m| m.is_finite());
+        let finite = |m: Option<f64>| m.filter(|m| m.is_finite() && !residuals.is_left_out);
         let [of_cv, of_near] = residuals.surfaces;
         let (residual_m, surface) = match basis {
             Basis::CrossValidated => (finite(residuals.independent_m), of_cv),

@@ -19,6 +19,8 @@ pub struct Residuals {
     pub independent_m: Option<f64>,
     /// Whether an independent crossing exists even when five segments to either side are left out.
     pub revisited: bool,
+    /// Whether the map left out the place of the return, since things move there: it is counted and not scored.
+    pub is_left_out: bool,
     /// Of a depth camera, where there is a z1: the first residual as the camera has it.
     pub depth: Option<DepthResidual>,
     /// Which surface of the map the prediction by which the run is judged lies on, first for `R_cv`, then for `R_near`
@@ -48,11 +50,16 @@ pub enum HitKind {
     Blocked,
     /// A surfel more than that behind the return, and none in front of it.
     Beyond,
+    /// Whatever it meets: the map left out the place of the return.
+    LeftOut,
 }
 
 impl Residuals {
     /// What the ray meets first.
     pub fn hit_kind(&self, scales: Scales) -> HitKind {
+        if self.is_left_out {
+            return HitKind::LeftOut;
+        }
         let blocked_m = scales.lengths().blocked_m;
         match self.first_m.filter(|m| m.is_finite()) {
             None => HitKind::Miss,
@@ -68,9 +75,13 @@ impl Residuals {
         nearest_m: None,
         independent_m: None,
         revisited: false,
+        is_left_out: false,
         depth: None,
         surfaces: [SurfaceGroup::NONE; 2],
     };
+
+    /// A return whose place the map left out.
+    pub const LEFT_OUT: Self = Self { is_left_out: true, ..Self::MISS };
 
     /// One surfel crossed, independent of the return and revisited, `residual_m` short of it.
     pub fn all(residual_m: f64) -> Self {
@@ -80,6 +91,7 @@ impl Residuals {
             nearest_m: residual,
             independent_m: residual,
             revisited: true,
+            is_left_out: false,
             depth: None,
             surfaces: [SurfaceGroup::NONE; 2],
         }

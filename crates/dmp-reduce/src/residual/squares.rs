@@ -19,7 +19,7 @@ pub struct Squares {
     surfaces: [SurfaceGroup; 2],
 }
 
-/// Numbers of [`Squares::lanes`]; the last one is 0, so that they are even.
+/// Numbers of [`Squares::lanes`].
 pub(crate) const LANES: usize = 16;
 
 /// Which number of [`Squares::lanes`] is what.
@@ -40,12 +40,17 @@ pub(crate) mod lane {
     pub(crate) const CV_SQUARES: Range<usize> = 7..7 + CV;
     /// min((z − zn)², τ²) at the scales of `R_near`, where there is a z1.
     pub(crate) const NEAR_SQUARES: Range<usize> = 7 + CV..7 + CV + NEAR;
+    /// Whether it is counted here and nowhere else.
+    pub(crate) const LEFT_OUT: usize = 7 + CV + NEAR;
 }
 
 impl Squares {
     /// Of residuals that are judged by these lengths.
     #[inline]
     pub fn of(residuals: &Residuals, scales: Scales) -> Self {
+        if residuals.is_left_out {
+            return Self::left_out(residuals);
+        }
         let limits = limits(scales);
         let given = [residuals.first_m, residuals.nearest_m, residuals.independent_m];
         let [first, nearest, independent] = given.map(Known::of);
@@ -71,6 +76,13 @@ impl Squares {
             [depth.first_m, depth.first_sigmas].map(|off| if off.is_finite() { square_units(off) } else { 0 })
         });
         Self { lanes, far_first, depth, surfaces: residuals.surfaces }
+    }
+
+    #[cold]
+    fn left_out(residuals: &Residuals) -> Self {
+        let mut squares = Self { surfaces: residuals.surfaces, ..Self::default() };
+        squares.lanes[lane::LEFT_OUT] = 1;
+        squares
     }
 
     /// These squares in a pair: those of `basis` are of the residual as it is kept.
@@ -165,6 +177,9 @@ mod tests {
 
     /// [`Squares::of`] step by step: what is added up of every return, the far square, and those of a camera.
     fn slow(residuals: &Residuals, scales: Scales) -> ([u64; LANES], u128, Option<[u128; 2]>) {
+        if residuals.is_left_out {
+            return (std::array::from_fn(|k| u64::from(k == 15)), 0, None);
+        }
         let lengths = scales.lengths();
         let given = [residuals.first_m, residuals.nearest_m, residuals.independent_m];
         let [first, nearest, independent] = given.map(|r| r.filter(|m| m.is_finite()));
@@ -213,12 +228,12 @@ mod tests {
         fn squares_are_those_found_step_by_step(
             (first_m, nearest_m, independent_m) in (residual(), residual(), residual()),
             (depth_m, first_sigmas) in (residual(), residual()),
-            revisited: bool,
+            (revisited, is_left_out) in any::<(bool, bool)>(),
         ) {
             let camera = depth_m.zip(first_sigmas);
             let depth = camera.map(|(first_m, first_sigmas)| DepthResidual { first_m, first_sigmas });
             let residuals =
-                Residuals { first_m, nearest_m, independent_m, revisited, depth, ..Residuals::MISS };
+                Residuals { first_m, nearest_m, independent_m, revisited, is_left_out, depth, ..Residuals::MISS };
             for &(scales, _) in Scales::ALL {
                 let squares = Squares::of(&residuals, scales);
                 prop_assert_eq!((squares.lanes, squares.far_first, squares.depth), slow(&residuals, scales));

@@ -54,7 +54,7 @@ impl NarrowSums {
     /// Whether no return was added.
     #[inline]
     pub fn is_empty(&self) -> bool {
-        self.lanes[lane::RETURNS] == 0 && self.wide.returns() == 0
+        self.lanes[lane::RETURNS] + self.lanes[lane::LEFT_OUT] == 0 && self.wide.is_empty()
     }
 
     /// The sums.

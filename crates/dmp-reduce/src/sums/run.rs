@@ -21,6 +21,7 @@ pub struct RunSums {
     revisited: u64,
     blocked: u64,
     non_finite: u64,
+    left_out: u64,
     dmp: FixedSum,
     /// Of a depth camera: of its own number, and in parts of its noise.
     depth: [FixedSum; 2],
@@ -84,6 +85,7 @@ impl RunSums {
         self.revisited += lanes[lane::REVISITED];
         self.blocked += lanes[lane::BLOCKED];
         self.non_finite += lanes[lane::NON_FINITE];
+        self.left_out += lanes[lane::LEFT_OUT];
         self.dmp += FixedSum::from_units(lanes[lane::FIRST].into());
         for (sum, &square) in self.cv.iter_mut().zip(&lanes[lane::CV_SQUARES]) {
             *sum += FixedSum::from_units(square.into());
@@ -111,16 +113,17 @@ impl RunSums {
     /// # Panics
     /// Where both are of some returns and on different scales.
     pub fn merge(&mut self, other: &Self) {
-        if self.returns == 0 && other.returns > 0 {
+        if self.is_empty() && !other.is_empty() {
             self.scales = other.scales;
         }
-        assert!(other.returns == 0 || other.scales == self.scales, "sums on different scales");
+        assert!(other.is_empty() || other.scales == self.scales, "sums on different scales");
         self.returns += other.returns;
         self.with_first += other.with_first;
         self.with_independent += other.with_independent;
         self.revisited += other.revisited;
         self.blocked += other.blocked;
         self.non_finite += other.non_finite;
+        self.left_out += other.left_out;
         self.dmp += other.dmp;
         for (mine, theirs) in self.depth.iter_mut().zip(other.depth) {
             *mine += theirs;
@@ -153,6 +156,15 @@ impl RunSums {
         self.non_finite
     }
 
+    /// Returns that are not scored since the map left out their places: see [`Residuals::is_left_out`].
+    pub fn left_out(&self) -> u64 {
+        self.left_out
+    }
+
+    pub(crate) fn is_empty(&self) -> bool {
+        self.returns + self.left_out == 0
+    }
+
     /// DMP (Zhang & Chen 2021, eq. 13): Σ (z − z1)² over the returns with z1, square metres. 0 over nothing.
     pub fn dmp_sum_m2(&self) -> f64 {
         self.dmp.to_m2()
@@ -182,7 +194,7 @@ impl RunSums {
 
     /// Whether returns were judged by other lengths than these; sums of nothing were not.
     pub(crate) fn are_on_other_than(&self, scales: Scales) -> bool {
-        self.returns > 0 && self.scales != scales
+        !self.is_empty() && self.scales != scales
     }
 
     /// The lengths by which the returns were judged.

@@ -15,7 +15,9 @@ use crate::means::extent::{Extent, TILE_SUMS_BYTES};
 /// The maps under construction, together.
 const FUSE_SHARE: f64 = 0.5;
 /// The tiles of all maps during the cast.
-const CAST_SHARE: f64 = 0.55;
+const CAST_SHARE: f64 = 0.54;
+/// The places that the maps leave out, during the cast.
+const LEFT_OUT_SHARE: f64 = 0.01;
 /// The tiles in which rays are counted, and the counts, during the search for trails.
 const COUNTED_TILES_SHARE: f64 = 0.3;
 const COUNTS_SHARE: f64 = 0.2;
@@ -98,6 +100,11 @@ impl Budget {
     /// For the tiles of all maps during the cast, bytes.
     pub(crate) fn cast_bytes(&self) -> usize {
         self.share(CAST_SHARE)
+    }
+
+    /// For the places that the maps leave out, during the cast, bytes.
+    pub(crate) fn left_out_bytes(&self) -> usize {
+        self.share(LEFT_OUT_SHARE)
     }
 
     /// For each of several runs during the search for trails, bytes.

@@ -1,6 +1,6 @@
 //! The finished map of a run.
 
-use dmp_map::Store;
+use dmp_map::{Store, TileEntry};
 
 /// The facts about a map beside its surfels.
 #[derive(Debug, Clone, Default, serde::Serialize, serde::Deserialize)]
@@ -44,5 +44,5 @@ pub(crate) struct RunMap {
 
 /// Bytes of the tiles of a map.
 pub(crate) fn tile_bytes(map: &Store) -> u64 {
-    map.entries().map(|tile| u64::from(tile.own.bytes) + u64::from(tile.borders.bytes)).sum()
+    map.entries().flat_map(TileEntry::blobs).map(|blob| u64::from(blob.bytes)).sum()
 }

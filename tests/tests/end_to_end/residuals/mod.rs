@@ -43,8 +43,12 @@ fn the_report_follows_from_the_returns_that_were_written() {
     let report = scored.json();
     let price_m2 = 100.0 * report["config"]["miss_price"].as_f64().unwrap();
     for run in report["runs"].as_array().unwrap() {
-        let rows = ply_rows(&scored.folder.join(format!("out.{}.ply", run["name"].as_str().unwrap())));
-        assert_eq!(rows.len() as u64, run["returns"].as_u64().unwrap());
+        let mut rows = ply_rows(&scored.folder.join(format!("out.{}.ply", run["name"].as_str().unwrap())));
+        let [scored, left_out] = ["returns", "returns_left_out"].map(|name| run[name].as_u64().unwrap());
+        assert_eq!(rows.len() as u64, scored + left_out);
+        assert!(rows.iter().filter(|row| row.kind == 4).all(|row| row.first_residual_m.is_nan()));
+        rows.retain(|row| row.kind != 4);
+        assert_eq!(rows.len() as u64, scored);
         // The definitions once more, over the columns of the file.
         let mean = |values: &mut dyn Iterator<Item = f64>| {
             let (sum, count) = values.fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));

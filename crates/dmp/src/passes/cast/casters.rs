@@ -4,6 +4,7 @@ use std::sync::{Arc, OnceLock};
 
 use crossbeam_channel::bounded;
 use dmp_cast::{CastSettings, Caster, TileCache};
+use dmp_map::PlacesLeftOut;
 use dmp_reduce::Basis;
 use dmp_runs::{PosedRun, Settings};
 
@@ -21,6 +22,7 @@ const HORIZON: f64 = 2.0;
 /// A run's map, ready to be cast into.
 pub(crate) struct RunCaster {
     pub(crate) caster: Caster,
+    pub(super) left_out: PlacesLeftOut,
     pub(crate) facts: MapFacts,
 }
 
@@ -69,11 +71,13 @@ impl<'a> Evaluation<'a, RunMap> {
             jobs.saturating_mul(count as u64).saturating_add(runs as u64)
         };
         let budget_bytes = self.work.budget().cast_bytes();
+        let left_out_bytes = self.work.budget().left_out_bytes() / count.max(1);
         let tiles = Arc::new(TileCache::foreseeing(budget_bytes, Box::new(next_use)));
         let caster = |(number, run): (usize, PosedRun<'a, RunMap>)| {
             let (run, RunMap { store, facts }) = run.with_map(());
+            let left_out = PlacesLeftOut::of(&store, left_out_bytes);
             let caster = Caster::sharing(store, settings, &tiles, number);
-            run.with_map(RunCaster { caster, facts }).0
+            run.with_map(RunCaster { caster, left_out, facts }).0
         };
         let runs = std::mem::take(&mut self.runs).into_iter().enumerate().map(caster).collect();
         (self.with_runs(runs), SharedTiles { schedule, budget_bytes })

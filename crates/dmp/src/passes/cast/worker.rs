@@ -54,6 +54,7 @@ struct CastRun<'e> {
     own_tiles: OwnTiles,
     /// For the current returns.
     answers: Vec<Answer>,
+    is_left_out: Vec<bool>,
     /// For the frame's returns.
     frame_tiles: TileTable<NarrowSums>,
 }
@@ -154,6 +155,7 @@ impl<'e> CastRun<'e> {
             bases: [Basis::CrossValidated, Basis::Near].map(judged_by),
             own_tiles: OwnTiles::new(&run.own_from_world, edge_m),
             answers: Vec::new(),
+            is_left_out: Vec::new(),
             frame_tiles: TileTable::default(),
         }
     }
@@ -176,7 +178,10 @@ impl<'e> CastRun<'e> {
         } else {
             caster.cast(queries, answers, buffers)
         };
-        cast.map_err(EvaluateError::map_of(self.run.name()))
+        let (map, left_out) = (caster.map(), &self.run.map.left_out);
+        let ends = rays.iter().map(Ray::endpoint_in_world);
+        cast.and_then(|()| left_out.find(map, ends, &mut self.is_left_out))
+            .map_err(EvaluateError::map_of(self.run.name()))
     }
 
     /// Computes the residuals.
@@ -189,9 +194,18 @@ impl<'e> CastRun<'e> {
         residuals: &mut Vec<Residuals>,
     ) {
         let rays = block.rays(number);
-        let answered = rays.iter().zip(&self.answers);
+        let answered = rays.iter().zip(self.answers.iter().zip(&self.is_left_out));
         let bases = self.bases;
-        residuals.extend(answered.map(|(ray, answer)| residuals_of(ray, answer, bases, scales)));
+        residuals.extend(answered.map(|(ray, (answer, &is_left_out))| {
+            if is_left_out {
+                Residuals {
+                    surfaces: surfaces_of(ray, &Answer::default(), bases, scales),
+                    ..Residuals::LEFT_OUT
+                }
+            } else {
+                residuals_of(ray, answer, bases, scales)
+            }
+        }));
         if let Some(noise) = depth_noise {
             for ((residuals, ray), point) in residuals.iter_mut().zip(rays).zip(block.points_in_sensor_m) {
                 residuals.depth = residuals.first_m.map(|m| depth_residual(m, ray.range_m, *point, noise));
@@ -252,24 +266,30 @@ impl OwnTiles {
 /// which the run is judged.
 #[inline]
 fn residuals_of(ray: &Ray, answer: &Answer, bases: [bool; 2], scales: Scales) -> Residuals {
-    let range_m = ray.range_m;
-    let residual = |predicted_m: Option<f64>| predicted_m.map(|z| range_m - z);
-    let surface = |predicted_m: Option<f64>| {
-        let predicted_m = predicted_m.unwrap_or(range_m);
-        let place_m = [0, 1, 2].map(|k| ray.origin_in_world[k] + predicted_m * ray.direction_in_world[k]);
-        SurfaceGroup::of_place(place_m, scales)
-    };
+    let residual = |predicted_m: Option<f64>| predicted_m.map(|z| ray.range_m - z);
     Residuals {
         first_m: residual(answer.first_m),
         nearest_m: residual(answer.nearest_m),
         independent_m: residual(answer.independent_m),
         revisited: answer.revisited,
+        is_left_out: false,
         depth: None,
-        surfaces: [
-            if bases[0] { surface(answer.independent_m) } else { SurfaceGroup::NONE },
-            if bases[1] { surface(answer.nearest_m.or(answer.first_m)) } else { SurfaceGroup::NONE },
-        ],
+        surfaces: surfaces_of(ray, answer, bases, scales),
     }
+}
+
+#[inline]
+fn surfaces_of(ray: &Ray, answer: &Answer, bases: [bool; 2], scales: Scales) -> [SurfaceGroup; 2] {
+    let surface = |predicted_m: Option<f64>| {
+        let predicted_m = predicted_m.unwrap_or(ray.range_m);
+        let place_m = [0, 1, 2].map(|k| ray.origin_in_world[k] + predicted_m * ray.direction_in_world[k]);
+        SurfaceGroup::of_place(place_m, scales)
+    };
+    let [of_cv, of_near] = [answer.independent_m, answer.nearest_m.or(answer.first_m)];
+    [
+        if bases[0] { surface(of_cv) } else { SurfaceGroup::NONE },
+        if bases[1] { surface(of_near) } else { SurfaceGroup::NONE },
+    ]
 }
 
 /// z − z' where z is a depth: both lie on one ray.

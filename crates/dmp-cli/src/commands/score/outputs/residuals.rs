@@ -128,6 +128,7 @@ fn scored_point(
             HitKind::Hit => 1,
             HitKind::Blocked => 2,
             HitKind::Beyond => 3,
+            HitKind::LeftOut => 4,
         },
         revisited: residuals.revisited,
     }
