@@ -43,7 +43,7 @@ def test_a_suite_is_what_the_command_prints(folder, caplog):
     assert pair["rms_low_m"] > 0.1 and pair["drift_difference_m"] > 0.1
     logs = rows(result.logs)
     assert [row["log"] for row in logs] == result.worst_first and len(logs) == 9
-    assert result.result("log-3")["schema"] == "dmp-score/2"
+    assert result.result("log-3")["schema"] == "dmp-score/3"
     with pytest.raises(KeyError):
         result.result("none")
     result.report(folder / "page.html")

@@ -66,7 +66,7 @@ def results(cache: Path) -> dict[str, Any]:
     found = {}
     for file in cache.glob("*.json"):
         content = json.loads(file.read_text())
-        if content["schema"] == "dmp-score/2":
+        if content["schema"] == "dmp-score/3":
             found[file.name] = {key: value for key, value in content.items() if key not in ("timing", "memory")}
     return found
 

@@ -15,7 +15,7 @@ pub(crate) fn three_runs() -> Report {
     undecided.verdict = Verdict::Undecided;
     undecided.reason = "undecided: no scale shows a difference outside its interval".into();
     let mut mixed = pair("drift", "größe", Basis::CrossValidated, &[10.0, 2.0, 0.5, 0.2]);
-    mixed.verdict = Verdict::Mixed { run: "größe".into(), decided_at_m: 10.0, is_same: false };
+    mixed.verdict = Verdict::Mixed { run: "größe".into(), decided_at_m: 10.0 };
     mixed.reason =
         "better on the whole, globally: decided at the 10 m scale, but worse in frames 12–40 at 30 m".into();
     for scale in &mut mixed.scales {
@@ -99,8 +99,6 @@ fn pair(a: &str, b: &str, basis: Basis, scales_m: &[f64]) -> PairReport {
         mean_b_m2: Some(0.1254 * scale_m),
         difference_m2: Some(-0.0254 * scale_m),
         interval_m2: Some([-0.0307 * scale_m, -0.0201 * scale_m]),
-        apart_at_most_m: Some(0.02),
-        margin_m: Some(0.01),
         returns: 876_543,
     };
     PairReport {
@@ -109,7 +107,8 @@ fn pair(a: &str, b: &str, basis: Basis, scales_m: &[f64]) -> PairReport {
         basis,
         scales: scales_m.iter().map(scale).collect(),
         llr_raw: 123_456.0,
-        verdict: Verdict::Better { run: a.into(), decided_at_m: scales_m[0], is_same: false },
+        apart: None,
+        verdict: Verdict::Better { run: a.into(), decided_at_m: scales_m[0] },
         reason: "better globally: decided at the 10 m scale (876543 common returns)".into(),
         frames_needed: None,
         places_needed: None,

@@ -29,8 +29,8 @@ pub use pictures::{
 };
 pub use truth::{TruthPlots, TruthPose, TruthRun, TruthStats, truth_picture};
 pub use words::{
-    DRIFT_HEADS, OrderedPair, OrderedVersions, Ranking, RankingRow, ScoreColumn, answer, drift_beside_scores,
-    drift_compared, drift_in_words, drift_row, every_pair, laid_onto, legend, log_word, main_pairs, metres,
-    metres_between, ordered_versions, p_value, pairs_in_words, promise, ranking, suite_answer, suite_promise,
-    warnings,
+    BesideColumn, DRIFT_HEADS, OrderedPair, OrderedVersions, Ranking, RankingRow, ScoreColumn, answer,
+    beside, drift_beside_scores, drift_compared, drift_in_words, drift_row, every_pair, laid_onto, legend,
+    log_word, main_pairs, metres, metres_between, ordered_versions, p_value, pairs_in_words, promise,
+    ranking, suite_answer, suite_promise, warnings,
 };

@@ -38,6 +38,7 @@ const TABLE: &[(Scales, Lengths)] = &[
             segment_m: Some(12.0),
             has_vehicle: true,
             pass_m: 66.0,
+            same_within_m: 0.04,
             has_quick: true,
             loop_map: LoopMapLengths { column_m: 8.0, near_m: 3.0, moved_m: 0.02, stretch_m: 5.0 },
             // Through streets, with a sensor that sees all around: a drift of some metres in 500 to 800 m.
@@ -80,6 +81,7 @@ const TABLE: &[(Scales, Lengths)] = &[
             // Nobody holds a camera so that a part of themselves is always in view.
             has_vehicle: false,
             pass_m: 6.6,
+            same_within_m: 0.004,
             has_quick: false,
             // A tenth of a drive's, to the bit: 3.0 * 0.1 is not 0.3.
             loop_map: LoopMapLengths {

@@ -12,7 +12,7 @@
 //!   So the same frames give the same bits whatever the order, the threads and the shards.
 //! - An [`Interval`] comes from two kinds of units: stretches of the log, as neighbouring frames are alike, and pieces of
 //!   surface ([`SurfaceGroup`]), as all frames that see one share its errors.
-//! - The verdicts on all pairs at all scales share one error ([`Promise`]): where runs are equal, the chance that any
+//! - The verdicts on all pairs at all scales share one error ([`Confidence`]): where runs are equal, the chance that any
 //!   two are declared different is 1 % if nothing else is asked for.
 //! - What several logs say together is a count of signs: [`sign_test`], [`Median`] of differences, [`Holm`] for several pairs.
 //! - The values depend on the place and on the settings. They compare runs of one log under one setting,
@@ -21,7 +21,7 @@
 //! Nothing here knows of maps, rays, files or threads. Lengths are metres, squares m².
 //!
 //! ```
-//! use dmp_reduce::{Basis, FrameSums, Layout, Promise, Reducer, Residuals, SurfaceGroup, Verdict};
+//! use dmp_reduce::{Basis, Confidence, FrameSums, Layout, Reducer, Residuals, SurfaceGroup, Verdict};
 //!
 //! let layout = Layout::new(8, vec![Basis::CrossValidated; 2]);
 //! let mut reducer = Reducer::new(layout.clone());
@@ -36,7 +36,7 @@
 //!     }
 //!     reducer.add_frame(ordinal, &frame)?;
 //! }
-//! let pairs = reducer.comparisons(Promise::default()).pairs;
+//! let pairs = reducer.comparisons(Confidence::P99).pairs;
 //! assert!(matches!(pairs[0].verdict, Verdict::Better { which: 0, .. }));
 //! assert_eq!(reducer.order(&pairs)[0].run, 0);
 //! # Ok::<(), dmp_reduce::ReduceError>(())
@@ -58,6 +58,6 @@ pub use residual::{
 };
 pub use sums::{Estimate, FrameSet, FrameSums, Interval, NarrowSums, PairSums, RunSums, Withheld};
 pub use verdicts::{
-    Comparison, Comparisons, GuardCheck, Margin, Promise, Ranked, RunScores, ScaleComparison, Stretch,
-    UndecidedReason, Verdict, order_runs,
+    Comparison, Comparisons, GuardCheck, Ranked, RunScores, ScaleComparison, Stretch, UndecidedReason,
+    Verdict, order_runs,
 };

@@ -1,8 +1,8 @@
 //! The sums, against the formulas written out; and that neither order nor splitting changes a bit.
 
 use dmp_reduce::{
-    Basis, Comparison, Confidence, DepthResidual, FrameSums, Layout, MissPrice, Promise, ReduceError,
-    Reducer, Residuals, RunSums, Scales, SurfaceGroup,
+    Basis, Comparison, Confidence, DepthResidual, FrameSums, Layout, MissPrice, ReduceError, Reducer,
+    Residuals, RunSums, Scales, SurfaceGroup,
 };
 use proptest::prelude::*;
 
@@ -180,7 +180,7 @@ proptest! {
             frame.iter().for_each(|r| sums.add_return(r));
             reducer.add_frame(ordinal as u64, &sums)?;
         }
-        let pair = reducer.compare(0, 1, Promise::default());
+        let pair = reducer.compare(0, 1, Confidence::P99);
         for scale in &pair.scales {
             let tau = scale.scale_m;
             let of_run = |r: &Residuals| Some(cut(kept(r.independent_m?, Scales::Drive), tau));
@@ -197,7 +197,7 @@ proptest! {
 
 /// Every answer, written out so that all bits show.
 fn bits(reducer: &Reducer) -> String {
-    let comparisons: Vec<Comparison> = reducer.comparisons(Promise::default()).pairs;
+    let comparisons: Vec<Comparison> = reducer.comparisons(Confidence::P99).pairs;
     let scores: Vec<_> = (0..3).map(|run| reducer.scores(run, Confidence::P99)).collect();
     format!("{scores:?} {comparisons:?} {:?}", reducer.order(&comparisons))
 }
@@ -222,7 +222,7 @@ fn reducer_of(count: u64, total: u64) -> Result<Reducer, ReduceError> {
 #[test]
 fn a_sample_has_the_interval_of_its_own_frames() -> Result<(), ReduceError> {
     let interval = |count, total| -> Result<_, ReduceError> {
-        Ok(reducer_of(count, total)?.compare(0, 1, Promise::default()).scales[0].interval())
+        Ok(reducer_of(count, total)?.compare(0, 1, Confidence::P99).scales[0].interval())
     };
     let (all, sampled) = (interval(50, 50)?.unwrap(), interval(50, 500)?.unwrap());
     assert!(all.degrees >= 10 && sampled.degrees >= 10, "{all:?} {sampled:?}");

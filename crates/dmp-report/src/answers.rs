@@ -60,6 +60,35 @@ impl Report {
         })
     }
 
+    /// The names of the runs that share the first rank.
+    pub fn leaders(&self) -> Vec<&str> {
+        let ranked = self.ranked().enumerate();
+        ranked
+            .take_while(|(place, (rank, _))| *place == 0 || rank.is_none())
+            .map(|(_, (_, run))| run.name.as_str())
+            .collect()
+    }
+
+    /// Lists the runs that share a rank by name: nothing is decided between them, so their scores are no order.
+    pub fn list_equals_by_name(&mut self) {
+        let mut ranks: Vec<Vec<String>> = Vec::new();
+        for (rank, run) in self.ranked() {
+            match ranks.last_mut() {
+                Some(shared) if rank.is_none() => shared.push(run.name.clone()),
+                _ => ranks.push(vec![run.name.clone()]),
+            }
+        }
+        ranks.iter_mut().for_each(|shared| shared.sort());
+        let order: Vec<String> = ranks.into_iter().flatten().collect();
+        let is_tied = |[a, b]: &[String; 2]| {
+            let is_open = |pair: &PairReport| pair.verdict.better().is_none();
+            self.ties.iter().any(|tie| tie == &[a.clone(), b.clone()]) || self.pair(a, b).is_some_and(is_open)
+        };
+        let neighbours = order.windows(2).map(|pair| [pair[0].clone(), pair[1].clone()]);
+        self.ties = neighbours.filter(is_tied).collect();
+        self.order = order;
+    }
+
     /// The comparison of two runs, whichever stands first in it; `None` where they were not compared.
     pub fn pair(&self, one: &str, other: &str) -> Option<&PairReport> {
         self.pairs.iter().find(|pair| pair.is_of(one, other))
@@ -113,7 +142,7 @@ mod tests {
         // The last two share a rank until one is better.
         assert!(report.ranked().map(|(rank, _)| rank).eq([Some(1), Some(2), Some(3), None]));
         let last = report.pairs.iter_mut().find(|pair| pair.is_of("drift", "collapsed")).unwrap();
-        last.verdict = Verdict::Better { run: "drift".into(), decided_at_m: 10.0, is_same: false };
+        last.verdict = Verdict::Better { run: "drift".into(), decided_at_m: 10.0 };
         report.ties.clear();
         assert!(report.ranked().map(|(rank, _)| rank).eq((1..=4).map(Some)));
         let pair = report.pairs.iter_mut().find(|pair| pair.is_of("drift", "truth")).unwrap();

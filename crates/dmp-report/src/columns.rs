@@ -24,8 +24,9 @@ pub struct Column {
     pub is_more_better: bool,
     /// Its place in tables: where there is no room for all columns, the largest ranks are not shown.
     pub rank: u8,
-    /// What it is, in one sentence: see [`Self::definition`].
+    /// What it is, in one sentence: see [`Self::definition`]; and in a few words.
     definition: &'static str,
+    brief: &'static str,
     needs: Needs,
     value: Value,
 }
@@ -71,6 +72,7 @@ pub static COLUMNS: &[Column] = &[
         rank: 5,
         definition: "mean square distance to the first surface on the ray, not truncated (Zhang & Chen 2021): outliers \
                      dominate it",
+        brief: "mean square distance to the first surface on the ray",
         needs: Needs::Nothing,
         value: Value::Single(|run| run.dmp_mean_m2, RunSums::dmp_mean_m2),
     },
@@ -82,6 +84,7 @@ pub static COLUMNS: &[Column] = &[
         is_more_better: false,
         rank: 6,
         definition: "DMP along the optical axis, as depth cameras measure",
+        brief: "the same along the optical axis",
         needs: Needs::Depth,
         value: Value::Single(|run| run.dmp_depth_mean_m2, RunSums::dmp_depth_mean_m2),
     },
@@ -93,6 +96,7 @@ pub static COLUMNS: &[Column] = &[
         is_more_better: false,
         rank: 0,
         definition: "RMS range residual to the first surface on the ray that other parts of the {recording} measured",
+        brief: "RMS residual, truncated as headed, to what other parts saw",
         needs: Needs::FusedMap,
         value: Value::Truncated(Basis::CrossValidated),
     },
@@ -104,6 +108,7 @@ pub static COLUMNS: &[Column] = &[
         is_more_better: false,
         rank: 4,
         definition: "RMS range residual to the nearest surface on the ray, whoever measured it: sharpness alone",
+        brief: "RMS residual to the nearest surface, whoever saw it",
         needs: Needs::Nothing,
         value: Value::Truncated(Basis::Near),
     },
@@ -115,6 +120,7 @@ pub static COLUMNS: &[Column] = &[
         is_more_better: false,
         rank: 7,
         definition: "share of returns whose ray meets no surface",
+        brief: "share of returns whose ray meets no surface",
         needs: Needs::Nothing,
         value: Value::Single(|run| run.miss_rate, RunSums::miss_rate),
     },
@@ -127,6 +133,7 @@ pub static COLUMNS: &[Column] = &[
         rank: 8,
         definition: "share of returns whose ray meets a surface more than {blocked} too early: trails of moving objects, \
                      doubled walls",
+        brief: "share of returns whose ray meets a surface {blocked} too early",
         needs: Needs::Nothing,
         value: Value::Single(|run| run.blocked_rate, RunSums::blocked_rate),
     },
@@ -138,6 +145,7 @@ pub static COLUMNS: &[Column] = &[
         is_more_better: true,
         rank: 1,
         definition: "share of returns whose ray meets a surface that other parts of the {recording} measured",
+        brief: "share of returns on surfaces that other parts saw",
         needs: Needs::FusedMap,
         value: Value::Single(|run| run.coverage, RunSums::coverage),
     },
@@ -149,6 +157,7 @@ pub static COLUMNS: &[Column] = &[
         is_more_better: true,
         rank: 2,
         definition: "share of returns whose ray meets a surface that another visit measured",
+        brief: "share of returns on surfaces that another visit saw",
         needs: Needs::FusedMap,
         value: Value::Single(|run| run.coverage_revisit, RunSums::coverage_revisit),
     },
@@ -164,11 +173,20 @@ pub fn columns_by_rank() -> Vec<&'static Column> {
 impl Column {
     /// What it is, with the lengths of this kind of recording; `None` speaks of all kinds.
     pub fn definition(&self, scales: Option<Scales>) -> String {
+        Self::with_lengths(self.definition, scales)
+    }
+
+    /// The same in a few words.
+    pub fn brief(&self, scales: Scales) -> String {
+        Self::with_lengths(self.brief, Some(scales))
+    }
+
+    fn with_lengths(words: &str, scales: Option<Scales>) -> String {
         let (recording, blocked) = match scales.map(Scales::lengths) {
             Some(lengths) => (lengths.recording, format!("{} m", lengths.blocked_m)),
             None => ("recording", "0.5 m (0.05 m in a room)".to_owned()),
         };
-        self.definition.replace("{recording}", recording).replace("{blocked}", &blocked)
+        words.replace("{recording}", recording).replace("{blocked}", &blocked)
     }
 
     /// Its truncations, metres, the largest first; none where it is one number.

@@ -11,11 +11,11 @@ use crate::made_with::{MemoryReport, PassTimes, TileReport};
 use crate::pair::PairReport;
 use crate::run::RunReport;
 
-/// What an evaluation found. Serialised, it is the command's JSON: schema `dmp-score/2`, described in
+/// What an evaluation found. Serialised, it is the command's JSON: schema `dmp-score/3`, described in
 /// `docs/json.md`. Other fields beside these, as the command's `gates`, are passed over when one is read.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Report {
-    /// Always `dmp-score/2`.
+    /// Always `dmp-score/3`.
     pub schema: String,
     /// Version of this program.
     pub dmp_version: String,
@@ -55,7 +55,7 @@ pub struct Report {
 
 impl Report {
     /// What `schema` says.
-    pub const SCHEMA: &str = "dmp-score/2";
+    pub const SCHEMA: &str = "dmp-score/3";
 
     /// Whether the run of this name may be misread, or that of another log.
     pub fn is_doubtful(&self, run: &str) -> bool {

@@ -1,6 +1,7 @@
 //! Two runs compared, in a report.
 
 use dmp_reduce::{Basis, Comparison, Estimate, ScaleComparison, Scales};
+use dmp_revisit::apart::Apart;
 use serde::{Deserialize, Serialize};
 
 use crate::verdict::Verdict;
@@ -20,7 +21,9 @@ pub struct PairReport {
     pub scales: Vec<ScaleReport>,
     /// The paper's LLR, log p(Z|a) − log p(Z|b): a raw sum, not a probability.
     pub llr_raw: f64,
-    /// What comes of it: `verdict`, `is_same`, `better_on_the_whole` and `decided_at_m` in the JSON.
+    /// How far apart the two put the same points, by their poses; null where both have poses for fewer than two scans.
+    pub apart: Option<Apart>,
+    /// What comes of it: `verdict`, `better_on_the_whole` and `decided_at_m` in the JSON.
     #[serde(flatten)]
     pub verdict: Verdict,
     /// The verdict in words.
@@ -49,7 +52,7 @@ pub struct PairFacts<'a> {
 
 impl PairReport {
     /// The report of a comparison.
-    pub fn of(pair: &Comparison, facts: PairFacts<'_>) -> Self {
+    pub fn of(pair: &Comparison, facts: PairFacts<'_>, apart: Option<Apart>) -> Self {
         let PairFacts { name, log_likelihood, scan_of_unit, scales, of_places } = facts;
         let scale = |scale: &ScaleComparison| ScaleReport {
             scale_m: scale.scale_m,
@@ -57,19 +60,16 @@ impl PairReport {
             mean_b_m2: scale.mean_b_m2,
             difference_m2: scale.difference.map(|difference| difference.value_m2),
             interval_m2: scale.difference.and_then(interval_of),
-            apart_at_most_m: scale.apart_at_most_m,
-            margin_m: scale.margin_m,
             returns: pair.common_returns,
         };
-        let is_same = pair.is_same();
         let verdict = match pair.verdict {
             dmp_reduce::Verdict::Better { which, decided_at_m, .. } => {
-                Verdict::Better { run: name(which), decided_at_m, is_same }
+                Verdict::Better { run: name(which), decided_at_m }
             }
             dmp_reduce::Verdict::Mixed { which, decided_at_m, .. } => {
-                Verdict::Mixed { run: name(which), decided_at_m, is_same }
+                Verdict::Mixed { run: name(which), decided_at_m }
             }
-            dmp_reduce::Verdict::Same { .. } => Verdict::Same,
+            dmp_reduce::Verdict::Same => Verdict::Same,
             dmp_reduce::Verdict::Undecided { .. } => Verdict::Undecided,
         };
         Self {
@@ -79,7 +79,14 @@ impl PairReport {
             scales: pair.scales.iter().map(scale).collect(),
             llr_raw: log_likelihood(pair.a) - log_likelihood(pair.b),
             verdict,
-            reason: pair.verdict.reason_with(scales, scan_of_unit),
+            reason: match (&pair.verdict, &apart) {
+                (dmp_reduce::Verdict::Same, Some(apart)) => format!("the same: {apart}"),
+                (dmp_reduce::Verdict::Undecided { reason }, Some(apart)) => {
+                    format!("undecided: {apart}, and {reason}")
+                }
+                (verdict, _) => verdict.reason_with(scales, scan_of_unit),
+            },
+            apart,
             frames_needed: pair.frames_needed.filter(|_| !of_places),
             places_needed: pair.frames_needed.filter(|_| of_places),
         }
@@ -131,10 +138,6 @@ pub struct ScaleReport {
     pub difference_m2: Option<f64>,
     /// Its interval, as sure as [`PromiseReport::interval_confidence`](super::PromiseReport::interval_confidence).
     pub interval_m2: Option<[f64; 2]>,
-    /// How far apart the root mean squares of the two may be at most, by that interval, metres.
-    pub apart_at_most_m: Option<f64>,
-    /// How far apart they may be and still count as the same, metres.
-    pub margin_m: Option<f64>,
     /// Common returns.
     pub returns: u64,
 }

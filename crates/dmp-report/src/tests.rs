@@ -35,7 +35,6 @@ fn fields_stand_in_their_order() {
             "score",
             "llr_raw",
             "verdict",
-            "is_same",
             "better_on_the_whole",
             "decided_at_m",
             "reason",

@@ -1,4 +1,4 @@
-//! What is decided between two runs, with the four fields that say it in the JSON.
+//! What is decided between two runs, with the three fields that say it in the JSON.
 
 use std::fmt;
 
@@ -7,15 +7,15 @@ use serde::{Deserialize, Serialize};
 /// What the scores decide between the two runs of a pair. What drift decides is a
 /// [`DriftComparison`](dmp_revisit::drift::DriftComparison).
 ///
-/// In the JSON it is four fields, which tell a run from a word whatever the run is called: a verdict with a
+/// In the JSON it is three fields, which tell a run from a word whatever the run is called: a verdict with a
 /// `decided_at_m` is [`Self::Mixed`] where there is a `better_on_the_whole`, else the name of the better run; without
 /// it is the word `same` or `undecided`.
 ///
 /// ```
 /// use dmp_report::Verdict;
 ///
-/// let verdict = Verdict::Better { run: "mixed".into(), decided_at_m: 2.0, is_same: false };
-/// let json = r#"{"verdict":"mixed","is_same":false,"better_on_the_whole":null,"decided_at_m":2.0}"#;
+/// let verdict = Verdict::Better { run: "mixed".into(), decided_at_m: 2.0 };
+/// let json = r#"{"verdict":"mixed","better_on_the_whole":null,"decided_at_m":2.0}"#;
 /// assert_eq!(serde_json::to_string(&verdict)?, json);
 /// assert_eq!(serde_json::from_str::<Verdict>(json)?, verdict);
 /// # Ok::<(), serde_json::Error>(())
@@ -29,8 +29,6 @@ pub enum Verdict {
         run: String,
         /// The scale that decided, metres.
         decided_at_m: f64,
-        /// Whether it is so by too little to matter, at every scale.
-        is_same: bool,
     },
     /// One run is better on the whole, the other at some places.
     Mixed {
@@ -38,10 +36,8 @@ pub enum Verdict {
         run: String,
         /// The scale at which it is, metres.
         decided_at_m: f64,
-        /// Whether it is so by too little to matter, at every scale.
-        is_same: bool,
     },
-    /// No difference that matters is left possible at any scale, and none is certain.
+    /// The two are nowhere apart by what matters: their poses say so.
     Same,
     /// Nothing can be said.
     Undecided,
@@ -72,16 +68,6 @@ impl Verdict {
         }
     }
 
-    /// Whether no difference that matters is left possible at any scale; true also where one run is better beyond
-    /// doubt, by too little to matter.
-    pub fn is_same(&self) -> bool {
-        match self {
-            Self::Better { is_same, .. } | Self::Mixed { is_same, .. } => *is_same,
-            Self::Same => true,
-            Self::Undecided => false,
-        }
-    }
-
     /// The run that it names, to be called otherwise.
     pub fn run_mut(&mut self) -> Option<&mut String> {
         match self {
@@ -107,7 +93,6 @@ impl fmt::Display for Verdict {
 #[derive(Serialize, Deserialize)]
 struct Fields {
     verdict: String,
-    is_same: bool,
     better_on_the_whole: Option<String>,
     decided_at_m: Option<f64>,
 }
@@ -116,7 +101,6 @@ impl From<Verdict> for Fields {
     fn from(verdict: Verdict) -> Self {
         Self {
             verdict: verdict.to_string(),
-            is_same: verdict.is_same(),
             decided_at_m: verdict.decided_at_m(),
             better_on_the_whole: match verdict {
                 Verdict::Mixed { run, .. } => Some(run),
@@ -130,12 +114,12 @@ impl TryFrom<Fields> for Verdict {
     type Error = String;
 
     fn try_from(fields: Fields) -> Result<Self, String> {
-        let Fields { verdict, is_same, better_on_the_whole, decided_at_m } = fields;
-        match (verdict.as_str(), better_on_the_whole, decided_at_m, is_same) {
-            ("mixed", Some(run), Some(decided_at_m), _) => Ok(Self::Mixed { run, decided_at_m, is_same }),
-            (_, None, Some(decided_at_m), _) => Ok(Self::Better { run: verdict, decided_at_m, is_same }),
-            ("same", None, None, true) => Ok(Self::Same),
-            ("undecided", None, None, false) => Ok(Self::Undecided),
+        let Fields { verdict, better_on_the_whole, decided_at_m } = fields;
+        match (verdict.as_str(), better_on_the_whole, decided_at_m) {
+            ("mixed", Some(run), Some(decided_at_m)) => Ok(Self::Mixed { run, decided_at_m }),
+            (_, None, Some(decided_at_m)) => Ok(Self::Better { run: verdict, decided_at_m }),
+            ("same", None, None) => Ok(Self::Same),
+            ("undecided", None, None) => Ok(Self::Undecided),
             _ => Err(format!("the verdict `{verdict}` contradicts the fields beside it")),
         }
     }
@@ -148,21 +132,15 @@ mod tests {
     #[test]
     fn every_verdict_comes_back_whatever_its_run_is_called() {
         for (verdict, json) in [
+            (Verdict::Same, r#"{"verdict":"same","better_on_the_whole":null,"decided_at_m":null}"#),
+            (Verdict::Undecided, r#"{"verdict":"undecided","better_on_the_whole":null,"decided_at_m":null}"#),
             (
-                Verdict::Same,
-                r#"{"verdict":"same","is_same":true,"better_on_the_whole":null,"decided_at_m":null}"#,
+                Verdict::Better { run: "undecided".into(), decided_at_m: 0.5 },
+                r#"{"verdict":"undecided","better_on_the_whole":null,"decided_at_m":0.5}"#,
             ),
             (
-                Verdict::Undecided,
-                r#"{"verdict":"undecided","is_same":false,"better_on_the_whole":null,"decided_at_m":null}"#,
-            ),
-            (
-                Verdict::Better { run: "undecided".into(), decided_at_m: 0.5, is_same: true },
-                r#"{"verdict":"undecided","is_same":true,"better_on_the_whole":null,"decided_at_m":0.5}"#,
-            ),
-            (
-                Verdict::Mixed { run: "same".into(), decided_at_m: 10.0, is_same: false },
-                r#"{"verdict":"mixed","is_same":false,"better_on_the_whole":"same","decided_at_m":10.0}"#,
+                Verdict::Mixed { run: "same".into(), decided_at_m: 10.0 },
+                r#"{"verdict":"mixed","better_on_the_whole":"same","decided_at_m":10.0}"#,
             ),
         ] {
             assert_eq!(serde_json::to_string(&verdict).unwrap(), json);
@@ -172,15 +150,11 @@ mod tests {
 
     #[test]
     fn fields_that_contradict_each_other_are_refused() {
-        for (verdict, is_same, on_the_whole, decided_at_m) in [
-            ("truth", false, "null", "null"),
-            ("truth", false, r#""drift""#, "2.0"),
-            ("same", false, "null", "null"),
-            ("undecided", true, "null", "null"),
-            ("mixed", false, r#""drift""#, "null"),
-        ] {
+        for (verdict, on_the_whole, decided_at_m) in
+            [("truth", "null", "null"), ("truth", r#""drift""#, "2.0"), ("mixed", r#""drift""#, "null")]
+        {
             let json = format!(
-                r#"{{"verdict":"{verdict}","is_same":{is_same},"better_on_the_whole":{on_the_whole},"decided_at_m":{decided_at_m}}}"#
+                r#"{{"verdict":"{verdict}","better_on_the_whole":{on_the_whole},"decided_at_m":{decided_at_m}}}"#
             );
             let error = serde_json::from_str::<Verdict>(&json).unwrap_err().to_string();
             assert!(error.contains(&format!("the verdict `{verdict}` contradicts")), "{error}");

@@ -21,7 +21,7 @@ pub use asked::{
 };
 pub use runs::{
     BLOCK_RAYS, Block, Heads, KNOWN_TIMES, MIN_BLOCK_RETURNS, PlannedFrame, PosedRun, Poser, RunPath,
-    RunPoses, Selection, file_stem_of, on_log_clock, posed,
+    RunPoses, Selection, apart_of, file_stem_of, on_log_clock, posed,
 };
 pub use vet::{
     Doubt, DoubtTest, Found, Mend, PointTimes, PosesAs, Profile, VetSummary, Vetted, profiles, vet,

@@ -26,6 +26,7 @@
 //! # Ok::<(), dmp_sensor::TrajectoryError>(())
 //! ```
 
+mod along;
 mod between;
 mod camera;
 mod carried;
@@ -39,6 +40,7 @@ mod track;
 mod trajectory;
 mod travel;
 
+pub use along::along_m;
 pub use between::pose_between;
 pub use camera::{CameraError, DepthNoise, Distortion, PinholeCamera, PixelBearings, depth_per_range};
 pub use ego::{EgoMask, EgoVotes};

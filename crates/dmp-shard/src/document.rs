@@ -3,8 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use dmp::{
-    Config, EvaluateError, MapSource, PlannedScore, Run, SettingName, Settings, VetSummary, VoxelChoice,
-    Watch,
+    Config, EvaluateError, MapSource, PlannedScore, Run, SettingName, Settings, Surveyed, VetSummary, Watch,
 };
 use dmp_disk::ContentHash;
 use dmp_log::{LogIndex, ScanLog};
@@ -42,7 +41,7 @@ pub(super) struct Content {
     pub(super) returns: u64,
     /// For each run.
     pub(super) segments: Vec<SegmentReport>,
-    pub(super) voxel: VoxelChoice,
+    pub(super) voxel: Surveyed,
     pub(super) filter: ReturnFilter,
     pub(super) settings: Settings,
     /// The vetting results.

@@ -53,7 +53,7 @@ pub use evaluate::evaluate;
 pub use maps::{CloudMap, RunMaps, fuse_maps, map_of_cloud};
 pub use means::{machine_memory_bytes, peak_anonymous_bytes};
 pub use passes::{
-    Casting, CopiedScans, OddScans, Oddity, Revisits, TilesInReach, VisitPair, VoxelChoice, measure_drift,
+    Casting, CopiedScans, OddScans, Oddity, Revisits, Surveyed, TilesInReach, VisitPair, measure_drift,
 };
 #[doc(hidden)]
 pub use places::{drawn_places, evaluate_quick, quick_reads};
@@ -62,8 +62,8 @@ pub use posed::{PosedLog, PosedScan};
 
 pub use dmp_log::{LengthUnit, is_printable, printable};
 pub use dmp_reduce::{
-    Basis, Confidence, DepthResidual, FrameSums, HitKind, KeptReturn, Lengths, Margin, MissPrice, Promise,
-    Reach, Residuals, RunSums, Scales, SurfaceGroup,
+    Basis, Confidence, DepthResidual, FrameSums, HitKind, KeptReturn, Lengths, MissPrice, Reach, Residuals,
+    RunSums, Scales, SurfaceGroup,
 };
 pub use dmp_report::{
     Best, COLUMNS, Column, ColumnUnit, ConfigReport, ConventionsReport, DepthNoiseReport, DropReport, Ego,
@@ -71,6 +71,7 @@ pub use dmp_report::{
     PassTimes, PlacesReport, PoseAt, PromiseReport, Report, RunInputReport, RunReport, SamplingReport,
     ScaleReport, ScaleScores, SegmentLength, SegmentReport, TileReport, Verdict, Withheld, columns_by_rank,
 };
+pub use dmp_revisit::apart::{Apart, Moments, Spread};
 pub use dmp_revisit::calibrate::{Axis, Calibration, Estimate, Silence};
 pub use dmp_revisit::drift::{
     Displacement, DriftBin, DriftComparison, DriftReport, Measured, RunDrift, VisitPairReport, VisitReport,

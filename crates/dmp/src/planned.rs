@@ -11,8 +11,7 @@ use dmp_runs::{Config, EvaluateError, Heads, Means, Run, Selection, Settings, Wa
 use dmp_sensor::{Isometry3, ReturnCounts, ReturnFilter};
 
 use crate::passes::{
-    Casting, Evaluation, FuseTotals, MapFacts, Plan, Revisits, RunMap, Task, TilesInReach, VoxelChoice,
-    jobs_of,
+    Casting, Evaluation, FuseTotals, MapFacts, Plan, Revisits, RunMap, Surveyed, Task, TilesInReach, jobs_of,
 };
 use crate::results::{Findings, MapSummary, segment_report};
 
@@ -60,14 +59,14 @@ impl<'a> PlannedScore<'a> {
         log: &'a dyn ScanLog,
         runs: &'a [Run],
         (settings, means): (Settings, Means),
-        (filter, voxel): (ReturnFilter, VoxelChoice),
+        (filter, surveyed): (ReturnFilter, Surveyed),
         watch: impl Into<Watch<'a>>,
     ) -> Result<Self, EvaluateError> {
         let task = Task::with(log, runs, settings, means, watch.into())?;
         let stores = runs.iter().map(|_| None).collect();
         let selection = Selection::new(Heads::Log(log), &task.settings)?;
         let placed = own_frame::place(Heads::Log(log), &selection.frames, runs, stores, &task.settings)?;
-        let plan = Plan::surveyed(selection, filter, voxel, &task.settings);
+        let plan = Plan::surveyed(selection, filter, surveyed, &task.settings);
         Ok(Self(task.planned(plan, placed)))
     }
 
@@ -82,8 +81,8 @@ impl<'a> PlannedScore<'a> {
     }
 
     /// The voxel edge and its reason.
-    pub fn voxel(&self) -> VoxelChoice {
-        self.0.plan.voxel
+    pub fn voxel(&self) -> Surveyed {
+        self.0.plan.surveyed
     }
 
     /// The segments of each run's path.

@@ -79,7 +79,7 @@ impl<'a> PosedLog<'a> {
 
     /// Edge of the voxels for maps of this log, metres.
     pub fn voxel_m(&self) -> f64 {
-        self.evaluation.plan.voxel.voxel_m
+        self.evaluation.plan.surveyed.voxel_m
     }
 
     /// The scans in use, in order of time.

@@ -48,7 +48,7 @@ fn one_result_is_the_table_again() {
         folder,
         "compare compared.json",
         1,
-        &["compared.json: schema `dmp-compare/1`", "has `dmp-score/2`"],
+        &["compared.json: schema `dmp-compare/1`", "has `dmp-score/3`"],
     );
 }
 

@@ -167,7 +167,7 @@ fn forged(
     while reader.next_part(&mut read).unwrap().is_some() {
         if part(&mut read) {
             let returns = std::mem::take(&mut read.returns);
-            writer.scan([read.ordinal, read.scan, read.mark], 0, &[returns]).unwrap();
+            writer.scan([read.ordinal, read.scan, read.mark], 0, (&[read.pose], &[returns])).unwrap();
         }
     }
     writer.finish().unwrap();

@@ -4,8 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Mutex;
 
 use dmp::{
-    Config, Decide, FrameOrder, FrameSums, MapSource, Margin, Report, Run, RunSums, Sample, Sink, Watch,
-    evaluate,
+    Config, Decide, FrameOrder, FrameSums, MapSource, Report, Run, RunSums, Sample, Sink, Watch, evaluate,
 };
 use dmp_sim::SlamErrors;
 use serde_json::Value;
@@ -137,7 +136,7 @@ fn samples_grow_until_it_is_decided() {
     let draw = |seed| SlamErrors { seed, ..noise(0.05, 0.1) }.apply(&truth).unwrap();
     runs.extend([Run::new("draw", draw(1)), Run::new("another draw", draw(2))]);
     let hopeless = Config {
-        same_within: Margin::Metres(0.001),
+        same_within_m: Some(0.001),
         checkpoint_every: Some(std::time::Duration::ZERO),
         ..decide(None)
     };

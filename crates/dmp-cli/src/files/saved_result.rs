@@ -192,7 +192,7 @@ mod tests {
         let cases: [(Change<'_>, &str); 8] = [
             (
                 &|json| json["schema"] = "dmp-score/1".into(),
-                "schema `dmp-score/1`: a result of `dmp score --json` has `dmp-score/2`",
+                "schema `dmp-score/1`: a result of `dmp score --json` has `dmp-score/3`",
             ),
             (&|json| remove(json, "schema"), "no result of `dmp score --json`: it has no `schema`"),
             (&|json| remove(json, "sampling"), "missing field `sampling`: "),

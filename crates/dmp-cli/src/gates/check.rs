@@ -2,8 +2,7 @@
 
 use std::fmt;
 
-use dmp::{PairReport, Report, ScaleReport, Verdict};
-use dmp_draw::text::plain_digits;
+use dmp::{PairReport, Report, Verdict};
 use serde::Serialize;
 
 use super::expect::{Bound, Expect, Limit, What};
@@ -90,11 +89,15 @@ impl Expect {
                 let holds = |verdict: &Verdict| verdict.better().is_none_or(|better| better == name);
                 gates.extend(self.check_pairs(name, report, holds));
             }
-            What::Same(Some((a, b))) => gates.push(self.check_pair(a, b, report, Verdict::is_same)),
+            What::Same(Some((a, b))) => {
+                gates.push(self.check_pair(a, b, report, |verdict| *verdict == Verdict::Same));
+            }
             What::Same(None) => {
                 for (k, a) in report.order.iter().enumerate() {
                     let others = report.order.iter().skip(k + 1);
-                    gates.extend(others.map(|b| self.check_pair(a, b, report, Verdict::is_same)));
+                    gates.extend(
+                        others.map(|b| self.check_pair(a, b, report, |verdict| *verdict == Verdict::Same)),
+                    );
                 }
             }
         }
@@ -165,22 +168,11 @@ impl Expect {
     }
 }
 
-/// How far a run may be apart from another one, at the scale that says most.
+/// How far a run is apart from another one.
 fn how_same(pair: &PairReport, other: &str) -> String {
-    let of_margin = |scale: &ScaleReport| Some(scale.apart_at_most_m? / scale.margin_m?);
-    let most = pair.scales.iter().filter_map(|scale| Some((scale, of_margin(scale)?)));
-    let most = most.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(scale, _)| scale);
-    let Some(scale) = most else { return format!("the distance from {other} is not known") };
-    let length = |m: Option<f64>| format!("{} cm", plain_digits(100.0 * m.unwrap_or_default()));
-    let (apart, margin) = (length(scale.apart_at_most_m), length(scale.margin_m));
-    let at = format!("at {} {} m", pair.basis, scale.scale_m);
-    match pair.verdict.is_same() {
-        true => format!("the same as {other}: at most {apart} apart {at} (margin {margin})"),
-        false if scale.apart_at_most_m <= scale.margin_m => {
-            format!("not the same as {other}: one of the two predicts far fewer returns")
-        }
-        false => format!("not the same as {other}: up to {apart} apart {at} (margin {margin})"),
-    }
+    let apart = pair.apart.as_ref().map_or("no two scans have poses in both".to_owned(), ToString::to_string);
+    let is = if pair.verdict == Verdict::Same { "the same as" } else { "not the same as" };
+    format!("{is} {other}: {apart}")
 }
 
 /// The verdict of a pair, from the side of the run `name`.
@@ -204,6 +196,8 @@ fn in_words(pair: &PairReport, name: &str, other: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::super::expect::parse;
+    use dmp::{Apart, Spread};
+
     use super::*;
     use crate::example_reports;
 
@@ -282,23 +276,23 @@ mod tests {
     #[test]
     fn the_same_is_more_than_undecided() {
         let mut report = example_reports::three_runs();
-        // The scale is reported at which most is left possible, in parts of what counts as the same.
+        let spread =
+            |worst_m| Spread { pairs: 9, median_m: 0.01, most_m: 0.02, worst_m, worst_scans: [3, 7] };
         for pair in &mut report.pairs {
-            pair.scales.iter_mut().for_each(|scale| {
-                scale.margin_m = Some(if scale.scale_m == 0.5 { 0.01 } else { 0.015 });
-            });
+            let (within, between) = (spread(0.021), Some(spread(0.3)));
+            pair.apart = Some(Apart { scans: 99, scans_of_one: 0, within, between });
         }
-        let apart = "not the same as größe: up to 2.00 cm apart at R_cv 0.5 m (margin 1.00 cm)";
+        let apart =
+            "not the same as größe: up to 2.1 cm apart within a visit, 30 cm between visits (scans 3 to 7)";
         assert_eq!(
             results("same:truth,größe", &report),
             [format!("FAILED truth: {apart} (--expect same:truth,größe)")]
         );
         for pair in &mut report.pairs {
             pair.verdict = Verdict::Same;
-            pair.scales.iter_mut().for_each(|scale| scale.margin_m = Some(0.03));
         }
         let same = &results("same:truth,größe", &report)[0];
-        assert!(same.starts_with("passed truth: the same as größe: at most 2.00 cm apart"), "{same}");
+        assert!(same.starts_with("passed truth: the same as größe: up to 2.1 cm apart"), "{same}");
         assert_eq!(results("same", &report).len(), 3);
         report.pairs.clear();
         let gates = parse("best:truth").unwrap().check(&report);

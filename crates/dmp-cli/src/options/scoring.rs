@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use dmp::{Confidence, Decide, DriftPairs, Ego, LengthUnit, Margin, Sample, Scales, SegmentLength};
+use dmp::{Confidence, Decide, DriftPairs, Ego, LengthUnit, Sample, Scales, SegmentLength};
 
 use super::Group::{Input, Resources, ReturnsAndMap, Sampling, Verdicts};
 use super::values::{self, Pair, parsed};
@@ -63,11 +63,11 @@ pub(crate) static CONFIDENCE: Opt<Confidence> = Opt {
            Default: 99%",
     ..Opt::text(Verdicts, "confidence", "P%", "95%", values::confidence)
 };
-pub(crate) static SAME_WITHIN: Opt<Margin> = Opt {
-    sets: Some(|config, margin| config.same_within = margin),
-    help: "Two runs are the same where their RMS residuals differ by at most this at every scale: a share of the better one's, \
-           or a length. Default: 10%",
-    ..Opt::text(Verdicts, "same-within", "P%|LENGTH", "1cm", values::margin)
+pub(crate) static SAME_WITHIN: Opt<f64> = Opt {
+    sets: Some(|config, length_m| config.same_within_m = Some(length_m)),
+    help: "Two runs are the same where, at every place, they put 95 % of the points no farther apart than this within a visit, \
+           and twice this between visits. Default: 4cm, in a room 4mm",
+    ..Opt::text(Verdicts, "same-within", "LENGTH", "3cm", values::length_m)
 };
 
 pub(crate) static SAMPLE: Opt<Sample> = Opt {

@@ -3,7 +3,7 @@
 use std::str::FromStr;
 use std::time::Duration;
 
-use dmp::{Confidence, DriftPairs, Ego, LengthUnit, Margin, PosesAs, Sample, Scales, SegmentLength};
+use dmp::{Confidence, DriftPairs, Ego, LengthUnit, PosesAs, Sample, Scales, SegmentLength};
 use dmp_log::{TimeUnit, TrajectoryFormat};
 use dmp_sensor::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 
@@ -286,15 +286,6 @@ pub(crate) fn confidence(text: &str) -> Result<Confidence, String> {
     level.and_then(Confidence::new).ok_or_else(error)
 }
 
-/// `10%` or `1cm`.
-pub(crate) fn margin(text: &str) -> Result<Margin, String> {
-    let length = || length_m(text).ok().map(Margin::Metres);
-    let margin = if text.ends_with('%') { share(text).map(Margin::Share) } else { length() };
-    let is_valid =
-        |margin: &Margin| matches!(margin, Margin::Share(size) | Margin::Metres(size) if *size >= 0.0);
-    margin.filter(is_valid).ok_or_else(|| format!("`{text}` is no margin: try 10% or 1cm"))
-}
-
 /// A number of pairs of visits, `all` or `none`.
 pub(crate) fn drift_pairs(text: &str) -> Result<DriftPairs, String> {
     match text.parse() {
@@ -390,23 +381,6 @@ mod tests {
         let rooms = ["7x5.6xfoox2.6", "7xx5.6x2.6", "640", ""];
         check(room_m, &[("8x6x2.5", [8.0, 6.0, 2.5])], &rooms, "try 7x5.6x2.6");
         check(size_px, &[("160x120", [160, 120])], &["640", "x480", "640x480x3", "-1x5"], "try 640x480");
-    }
-
-    #[test]
-    fn shares_are_in_percent() {
-        check(part, &[("5%", 0.05), ("0.5 %", 0.005)], &["5", "0%", "101%", "-1%", "nan%", "%"], "try 5%");
-        let samples =
-            [("28", Sample::Frames(28)), ("100%", Sample::Share(1.0)), ("0.5 %", Sample::Share(0.005))];
-        check(sample, &samples, &["0", "0%", "101%", "-3", "2.5", "nan%", "x", "", "%"], "try 28 (scans)");
-        let sure = [("99%", Confidence::P99), ("0.99", Confidence::P99)];
-        check(confidence, &sure, &["100%", "1", "0.4", "nan", "x", ""], "try 99%");
-        let margins = [
-            ("10%", Margin::Share(0.1)),
-            ("0%", Margin::Share(0.0)),
-            ("2cm", Margin::Metres(0.02)),
-            ("0.5", Margin::Metres(0.5)),
-        ];
-        check(margin, &margins, &["", "x", "-1%", "nan%", "-3cm", "10 percent"], "try 10% or 1cm");
     }
 
     #[test]

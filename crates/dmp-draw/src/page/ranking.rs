@@ -5,7 +5,7 @@ use dmp_report::Report;
 use super::html::{cell, head, table, terms};
 use crate::plot::escape;
 use crate::text::{NONE, confidence, digits};
-use crate::words::{Ranking, RankingRow, legend, more_is_better};
+use crate::words::{Ranking, RankingRow, beside, legend, more_is_better};
 
 /// Width of the bars that show a score with its interval, pixels.
 const BAR_PX: f64 = 160.0;
@@ -19,18 +19,22 @@ pub(super) fn ranking(report: &Report) -> String {
         ranking.columns.iter().map(|column| head(&unbroken(&column.title()), column.unit(), "")).collect();
     let interval_title = format!("{} interval", confidence(report.promise.confidence));
     heads.insert(1, head(&interval_title, ranking.unit(), ""));
-    heads.splice(0..0, [head("rank", "", ""), head("run", "", "name")]);
-    let row = |row: &RankingRow<'_>| {
+    let beside = beside(report);
+    let of_beside = beside.iter().map(|column| head(column.name, "", ""));
+    heads.splice(0..0, [head("rank", "", ""), head("run", "", "name")].into_iter().chain(of_beside));
+    let row = |(place, row): (usize, &RankingRow<'_>)| {
         let mut cells: Vec<String> = row.cells.iter().map(|text| cell(text, "")).collect();
         cells.insert(1, format!("<td>{}</td>", whisker(&ranking, row, top_m2)));
         let name = format!("<th scope=\"row\" class=\"name\">{}</th>", escape(&row.marked_name(report)));
-        cells.splice(0..0, [cell(&row.rank, ""), name]);
+        let of_beside = beside.iter().map(|column| cell(&column.cells[place], ""));
+        cells.splice(0..0, [cell(&row.rank, ""), name].into_iter().chain(of_beside));
         cells
     };
     let caption = format!("Best first; less is better, but for {}", more_is_better());
-    let rows: Vec<Vec<String>> = ranking.rows.iter().map(row).collect();
-    let shown: Vec<&str> = ranking.columns.iter().map(|column| column.column.name).collect();
-    table(&caption, &heads, &rows) + &terms(legend(report, &shown))
+    let rows: Vec<Vec<String>> = ranking.rows.iter().enumerate().map(row).collect();
+    let mut shown: Vec<&str> = ranking.columns.iter().map(|column| column.column.name).collect();
+    shown.extend(beside.iter().map(|column| column.name));
+    table(&caption, &heads, &rows) + &terms(legend(report, &shown, false))
 }
 
 /// A number stays on the line of its unit.

@@ -196,7 +196,7 @@ fn what_is_not_decided_is_not_claimed() {
     assert!(!text.contains("is better than"));
     let mut mixed = sample();
     let best = mixed.order[0].clone();
-    let ahead = |run: &str| Verdict::Mixed { run: run.to_owned(), decided_at_m: 10.0, is_same: false };
+    let ahead = |run: &str| Verdict::Mixed { run: run.to_owned(), decided_at_m: 10.0 };
     mixed.pairs.iter_mut().for_each(|pair| pair.verdict = ahead(&best));
     assert!(
         page_of(&mixed, None, &[]).contains("stands first: better at some places and worse at others than")

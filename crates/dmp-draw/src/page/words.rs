@@ -41,9 +41,6 @@ fn of_pair(ordered: &OrderedPair<'_>, scales: Scales) -> String {
                 "{first} is better than {second} on the whole{by} at {at} m. Not everywhere: {where_not}."
             )
         }
-        verdict if verdict.is_same() => {
-            format!("{first} is better than {second}{by} at {at} m: too little to matter.")
-        }
         _ => format!("{first} is better than {second}{by} at {at} m: {reach}."),
     }
 }

@@ -1,6 +1,8 @@
-//! What a report says of its runs, in one sentence: for terminals and pages alike.
+//! What a report says of its runs, in one or two sentences: for terminals and pages alike.
 
 use dmp_report::{Best, Report, Verdict};
+use dmp_revisit::apart::short_length;
+use dmp_revisit::drift::{DriftReport, RunDrift};
 
 /// So many runs are listed by name.
 const LISTED: usize = 5;
@@ -20,9 +22,19 @@ const STANDINGS: [Standing; 6] = [
     ("not compared with", |verdict, _| verdict.is_none()),
 ];
 
-/// The one sentence that everybody reads; `shown` says how a name is written. It claims of the first run what its pairs say, no
-/// more.
+/// The sentences that everybody reads: what is decided, and how near the runs come back to where they were; `shown` says how a
+/// name is written. They claim what the pairs and the drift say, no more.
 pub fn answer(report: &Report, shown: impl Fn(&str) -> String) -> String {
+    let shown = |name: &str| shown(name);
+    let decided = decided(report, &shown);
+    match revisits(report, &shown) {
+        Some(Revisits::OfFirst(clause)) => format!("{}; {clause}", decided.trim_end_matches('.')),
+        Some(Revisits::Sentence(sentence)) => format!("{decided} {sentence}"),
+        None => decided,
+    }
+}
+
+fn decided(report: &Report, shown: &dyn Fn(&str) -> String) -> String {
     let (first, others) = match report.order.as_slice() {
         [] => return "No run was scored.".to_owned(),
         [only] => {
@@ -31,9 +43,7 @@ pub fn answer(report: &Report, shown: impl Fn(&str) -> String) -> String {
                 shown(only)
             );
         }
-        [first, other] => {
-            return of_two(report.verdict_between(first, other), [first.as_str(), other.as_str()], shown);
-        }
+        [first, other] => return of_two(report, [first, other], shown),
         [first, others @ ..] => (first, others),
     };
     if let Some(Best::Run(_)) = report.best() {
@@ -42,6 +52,10 @@ pub fn answer(report: &Report, shown: impl Fn(&str) -> String) -> String {
             _ => listed(others.iter().map(|name| shown(name)).collect()),
         };
         return format!("{} is best: better than {others}.", shown(first));
+    }
+    let leaders = report.leaders();
+    if leaders.len() > 1 {
+        return of_leaders(report, &leaders, shown);
     }
     let mut clauses = Vec::new();
     for (words, is_so) in STANDINGS {
@@ -55,7 +69,9 @@ pub fn answer(report: &Report, shown: impl Fn(&str) -> String) -> String {
     format!("No run is clearly the best of {all}. {} stands first: {clauses}.", shown(first))
 }
 
-fn of_two(verdict: Option<&Verdict>, names: [&str; 2], shown: impl Fn(&str) -> String) -> String {
+fn of_two(report: &Report, names: [&str; 2], shown: &dyn Fn(&str) -> String) -> String {
+    let pair = report.pair(names[0], names[1]);
+    let verdict = pair.map(|pair| &pair.verdict);
     let ahead = verdict.and_then(Verdict::ahead);
     // Around a cycle, and where it is better only on the whole, the better run may stand below.
     let [a, b] = if ahead == Some(names[1]) { [names[1], names[0]] } else { names }.map(shown);
@@ -64,9 +80,122 @@ fn of_two(verdict: Option<&Verdict>, names: [&str; 2], shown: impl Fn(&str) -> S
         Some(Verdict::Mixed { .. }) => {
             format!("{a} is better than {b} on the whole, but worse at some places.")
         }
-        Some(Verdict::Same) => format!("{a} and {b} are the same, for practical purposes."),
-        Some(Verdict::Undecided) => format!("Nothing is decided between {a} and {b}."),
+        Some(Verdict::Same) => format!("{a} and {b} are the same{}.", apart(report, &names)),
+        Some(Verdict::Undecided) => {
+            format!("Nothing is decided between {a} and {b}{}.", differing(report, &names))
+        }
         None => format!("{a} and {b} were not compared."),
+    }
+}
+
+/// Of several runs that share the first rank.
+fn of_leaders(report: &Report, leaders: &[&str], shown: &dyn Fn(&str) -> String) -> String {
+    let pairs = || leaders.iter().enumerate().flat_map(|(k, a)| leaders[..k].iter().map(move |b| (*a, *b)));
+    let are_same = pairs().all(|(a, b)| report.verdict_between(a, b) == Some(&Verdict::Same));
+    let names = listed(leaders.iter().map(|name| shown(name)).collect());
+    let said = if are_same {
+        format!("{names} are the same{}", apart(report, leaders))
+    } else {
+        format!("{names} share the first rank{}", differing(report, leaders))
+    };
+    let others = report.order.len() - leaders.len();
+    let is_worse = |other: &&String| {
+        let beats =
+            |leader: &&str| report.verdict_between(leader, other).and_then(Verdict::better) == Some(*leader);
+        leaders.iter().any(beats)
+    };
+    let worse = report.order.iter().skip(leaders.len()).filter(is_worse).count();
+    match (worse, others) {
+        (_, 0) => format!("{said}."),
+        (1, 1) => format!("{said}. {} is worse.", shown(&report.order[leaders.len()])),
+        (worse, others) if worse == others => format!("{said}. The {others} others are worse."),
+        (worse, others) => format!("{said}. {worse} of the {others} others are worse."),
+    }
+}
+
+/// The most that any two of these runs are apart, and whether between visits.
+fn most_apart(report: &Report, names: &[&str]) -> Option<(f64, bool)> {
+    let pairs = names.iter().enumerate().flat_map(|(k, a)| names[..k].iter().map(move |b| (a, b)));
+    let worst = pairs.filter_map(|(a, b)| Some(report.pair(a, b)?.apart.as_ref()?.worst()));
+    worst.max_by(|a, b| a.0.total_cmp(&b.0))
+}
+
+fn apart(report: &Report, names: &[&str]) -> String {
+    most_apart(report, names).map_or_else(String::new, |(worst_m, _)| {
+        format!(": nowhere more than {} apart", short_length(worst_m))
+    })
+}
+
+fn differing(report: &Report, names: &[&str]) -> String {
+    most_apart(report, names).map_or_else(String::new, |(worst_m, is_between)| {
+        let at = if is_between { " between visits" } else { "" };
+        format!(
+            ": they are up to {} apart{at}, and the scans do not show which is right",
+            short_length(worst_m)
+        )
+    })
+}
+
+/// How near runs come back.
+enum Revisits {
+    /// Of the run that the sentence before is about.
+    OfFirst(String),
+    Sentence(String),
+}
+
+/// How near the runs come back to where they were: what drift decides, also where it speaks against the scores.
+fn revisits(report: &Report, shown: &dyn Fn(&str) -> String) -> Option<Revisits> {
+    let drift = report.drift.as_ref()?;
+    let leaders = report.leaders();
+    let is_leader = |name: &str| leaders.contains(&name);
+    let is_best = matches!(report.best(), Some(Best::Run(_))) && report.order.len() > 1;
+    // (better, its error, worse, its error), those with the largest difference first.
+    let mut decided: Vec<(&str, f64, &RunDrift)> = Vec::new();
+    for pair in &drift.comparisons {
+        let Some(better) = pair.better.as_deref() else { continue };
+        let worse = if pair.a == better { &pair.b } else { &pair.a };
+        let found = run_of(drift, better).and_then(|run| run.median_m.value).zip(run_of(drift, worse));
+        decided.extend(found.map(|(median_m, worse)| (better, median_m, worse)));
+    }
+    let off_m =
+        |run: &RunDrift| if run.pairs_lost > 0 { f64::INFINITY } else { run.median_m.value.unwrap_or(0.0) };
+    decided.sort_by(|a, b| off_m(b.2).total_cmp(&off_m(a.2)));
+    let against = decided.iter().filter(|(better, ..)| !is_leader(better)).find(|(.., w)| is_leader(&w.name));
+    let among = decided.iter().find(|(better, _, w)| is_leader(better) && is_leader(&w.name));
+    let for_it = decided.iter().find(|(better, _, w)| is_leader(better) && !is_leader(&w.name));
+    let said = |(better, median_m, worse): &(&str, f64, &RunDrift)| {
+        let back = format!("comes back within {}", short_length(*median_m));
+        format!("{} {back}, {} {}", shown(better), shown(&worse.name), off(worse))
+    };
+    match (against, among, for_it) {
+        (Some(against), ..) => Some(Revisits::Sentence(format!("But {}.", said(against)))),
+        (None, Some(among), _) => Some(Revisits::Sentence(format!("{}.", said(among)))),
+        (None, None, Some((_, median_m, worse))) if is_best => Some(Revisits::OfFirst(format!(
+            "it comes back within {}, {} {}.",
+            short_length(*median_m),
+            shown(&worse.name),
+            off(worse)
+        ))),
+        (None, None, Some(for_it)) => Some(Revisits::Sentence(format!("{}.", said(for_it)))),
+        (None, None, None) => {
+            let run = leaders.first().and_then(|first| run_of(drift, first));
+            let run = run.filter(|run| is_best && run.pairs_lost == 0)?;
+            let within = short_length(run.median_m.value?);
+            Some(Revisits::OfFirst(format!("it comes back within {within}.")))
+        }
+    }
+}
+
+fn run_of<'d>(drift: &'d DriftReport, name: &str) -> Option<&'d RunDrift> {
+    drift.runs.iter().find(|run| run.name == name)
+}
+
+/// How far a run is off at revisits: `is off by 15.6 cm`, `is lost at 4 of 14`.
+fn off(run: &RunDrift) -> String {
+    match run.median_m.value {
+        _ if run.pairs_lost > 0 => format!("is lost at {} of {} visits", run.pairs_lost, run.pairs_measured),
+        Some(median_m) => format!("is off by {}", short_length(median_m)),
+        None => "has no answer".to_owned(),
     }
 }
 

@@ -2,6 +2,7 @@
 
 use dmp_report::{Column, ColumnUnit, Report, RunReport, columns_by_rank};
 
+use super::beside::beside;
 use crate::text::{NONE, confidence, digits, percent};
 
 /// The table of the runs.
@@ -19,7 +20,7 @@ pub struct Ranking<'a> {
 pub struct RankingRow<'a> {
     /// The run.
     pub run: &'a RunReport,
-    /// Its rank, or `=` where it shares that of the run above.
+    /// Its rank; runs share one between which nothing is decided.
     pub rank: String,
     /// What stands in each column.
     pub cells: Vec<String>,
@@ -43,11 +44,6 @@ impl Ranking<'_> {
 }
 
 impl RankingRow<'_> {
-    /// Whether its rank is not that of the run above.
-    pub fn has_own_rank(&self) -> bool {
-        self.rank != SHARED
-    }
-
     /// The run's name, with a mark where its numbers need a second look.
     pub fn marked_name(&self, report: &Report) -> String {
         let mark = if report.is_doubtful(&self.run.name) { " ?" } else { "" };
@@ -55,20 +51,18 @@ impl RankingRow<'_> {
     }
 }
 
-/// What stands for the rank of the run above.
-const SHARED: &str = "=";
-
 /// The runs of a report with their scores, as a table for people.
 pub fn ranking(report: &Report) -> Ranking<'_> {
     let of = |column: &'static Column| {
         column.shown(report).into_iter().map(move |scale_m| ScoreColumn { column, scale_m })
     };
     let columns: Vec<ScoreColumn> = columns_by_rank().into_iter().flat_map(of).collect();
+    let mut last = 0;
     let row = |(rank, run): (Option<usize>, _)| {
+        last = rank.unwrap_or(last);
         let (value_m2, interval_m2) = RunReport::first_score(run, report.leading_basis());
-        let rank = rank.map_or_else(|| SHARED.to_owned(), |rank| rank.to_string());
         let cells = columns.iter().map(|column| column.show(run)).collect();
-        RankingRow { run, rank, cells, value_m2, interval_m2 }
+        RankingRow { run, rank: last.to_string(), cells, value_m2, interval_m2 }
     };
     let rows = report.ranked().map(row).collect();
     Ranking { columns, rows }
@@ -109,29 +103,23 @@ impl ScoreColumn {
     }
 }
 
-/// A term and its meaning for each column with one of these names, and for what else stands in the table.
-pub fn legend(report: &Report, shown: &[&str]) -> Vec<(&'static str, String)> {
-    let ranking = ranking(report);
-    let sure = confidence(report.promise.interval_confidence);
-    let interval = if shown.contains(&"interval") {
-        format!("; interval: where that lies ({sure} sure)")
-    } else {
-        String::new()
-    };
-    let mut all = vec![(
-        "verdict",
-        format!(
-            "how much larger the RMS residual is than that of the first run, over the returns that both maps predict, at the \
-             largest truncation at which that is certain{interval}"
-        ),
-    )];
-    let mut columns: Vec<&ScoreColumn> = ranking.columns.iter().collect();
-    columns.dedup_by_key(|column| column.column.name);
-    for (place, column) in columns.into_iter().map(|column| column.column).enumerate() {
-        let meaning = column.definition(Some(report.config.scales));
+/// A term and its meaning for each column with one of these names, and for what else stands in the table; where it
+/// `is_brief`, each in a line.
+pub fn legend(report: &Report, shown: &[&str], is_brief: bool) -> Vec<(&'static str, String)> {
+    let scales = report.config.scales;
+    let mut all = vec![("verdict", verdict_in_words(report, shown, is_brief))];
+    all.extend(beside(report).into_iter().map(|column| (column.name, column.meaning.to_owned())));
+    let mut columns: Vec<&Column> = ranking(report).columns.iter().map(|column| column.column).collect();
+    columns.dedup_by_key(|column| column.name);
+    for (place, column) in columns.into_iter().enumerate() {
         let meaning = match place {
-            0 => format!("{meaning}; less is better. {}", truncations(report, column)),
-            _ => meaning,
+            _ if is_brief => column.brief(scales),
+            0 => format!(
+                "{}; less is better. {}",
+                column.definition(Some(scales)),
+                truncations(report, column)
+            ),
+            _ => column.definition(Some(scales)),
         };
         all.push((column.name, meaning));
     }
@@ -141,10 +129,23 @@ pub fn legend(report: &Report, shown: &[&str]) -> Vec<(&'static str, String)> {
     if report.order.iter().any(|run| report.is_doubtful(run)) {
         all.push(("?", "the run may be misread, or that of another log: see the warnings".to_owned()));
     }
-    if !ranking.rows.iter().all(RankingRow::has_own_rank) {
-        all.push((SHARED, "the rank above: no run of that rank is decided to be better".to_owned()));
-    }
     all
+}
+
+fn verdict_in_words(report: &Report, shown: &[&str], is_brief: bool) -> String {
+    if is_brief {
+        return "excess of its RMS residual at the coarsest sure truncation".to_owned();
+    }
+    let sure = confidence(report.promise.interval_confidence);
+    let interval = if shown.contains(&"interval") {
+        format!("; interval: where that lies ({sure} sure)")
+    } else {
+        String::new()
+    };
+    format!(
+        "how much larger the RMS residual is than that of the first run, over the returns that both maps predict, at the \
+         largest truncation at which that is certain{interval}"
+    )
 }
 
 /// What the truncations of the leading column are for, the largest first; and what a miss counts there.

@@ -1,6 +1,7 @@
 //! What a report says, in words and tables: for terminals and pages alike.
 
 pub(crate) mod answer;
+mod beside;
 mod columns;
 mod drift;
 mod laid;
@@ -10,6 +11,7 @@ mod suite_words;
 pub(crate) mod warnings;
 
 pub use answer::answer;
+pub use beside::{BesideColumn, beside};
 pub(crate) use columns::more_is_better;
 pub use columns::{Ranking, RankingRow, ScoreColumn, legend, ranking};
 pub(crate) use drift::which_way;

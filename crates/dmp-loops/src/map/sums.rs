@@ -1,6 +1,6 @@
 //! What is summed up of a map, and its scores.
 
-use dmp_reduce::{Basis, Confidence, Estimate, FrameSums, Interval, Layout, Promise, Reducer, Scales};
+use dmp_reduce::{Basis, Confidence, Estimate, FrameSums, Interval, Layout, Reducer, Scales};
 
 use crate::LoopError;
 
@@ -67,7 +67,7 @@ impl Sums {
     }
 
     pub(super) fn score(&self, cast_share: f64) -> MapScores {
-        let scales = self.reducer.compare(0, 1, Promise::default()).scales;
+        let scales = self.reducer.compare(0, 1, Confidence::P99).scales;
         // There it is the first less the second.
         let change = scales.get(LOOPS).and_then(|scale| scale.difference).map(negative);
         MapScores { r_near_m2: self.reducer.scores(1, Confidence::P99).r_near_m2, change, cast_share }

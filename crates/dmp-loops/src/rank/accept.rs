@@ -4,7 +4,6 @@ use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
 use dmp::{Progress, Stage};
-use dmp_reduce::Margin;
 use dmp_sensor::{Isometry3, PoseEdge, PoseGraph};
 
 use super::ranker::{Ranker, Ranking, Tried, TryFault};
@@ -14,6 +13,9 @@ use crate::{LoopError, optimise};
 /// Growth of the sum of squares that 1 in 100 right loops exceeds, where no map is looked at: the quantile .99 of chi² with
 /// six degrees of freedom.
 const LARGEST_CHI2: f64 = 16.811_893_829_770_927;
+
+/// A map may be this much worse, as a share of its root mean square, and still count as the same.
+const TOLERATED: f64 = 0.1;
 
 /// What became of a candidate.
 #[derive(Debug)]
@@ -103,7 +105,7 @@ impl Eq for Waiting {}
 
 impl Ranker<'_> {
     /// Adds candidates from best to worst, and keeps each that by the 99 % interval of the change makes the score worse by no
-    /// more than what counts as the same ([`Margin`] of the best score so far, which nothing that is kept is further away
+    /// more than what counts as the same (`TOLERATED` of the best score so far, which nothing that is kept is further away
     /// from, so that many small steps do not add up); where no map is looked at, each whose sum of squares grows by no more than
     /// 99 of 100 right loops would.
     ///
@@ -212,7 +214,7 @@ fn is_worse(tried: &Tried, best_m2: f64) -> bool {
 
 fn is_map_worse(map: &MapScores, best_m2: f64) -> bool {
     let best_m = best_m2.sqrt();
-    let most_m = best_m + Margin::default().metres(best_m);
+    let most_m = (1.0 + TOLERATED) * best_m;
     let most_m2 = most_m * most_m - best_m2;
     let interval = map.change.and_then(|change| change.interval);
     interval.is_none_or(|interval| {

@@ -104,7 +104,7 @@ impl Holm {
     /// Of the chances of several tests: whatever depends on what, none that is true by chance alone is called decided more
     /// often than `error`.
     ///
-    /// [`Promise`](crate::Promise) may share an error by fewer, as equality carries over from pair to pair. That two versions
+    /// [`Reducer::comparisons`](crate::Reducer::comparisons) may share an error by fewer, as equality carries over from pair to pair. That two versions
     /// win equally often does not: with three versions, each can win more often against the next.
     pub fn of(chances: &[f64], error: f64) -> Self {
         let mut order: Vec<usize> = (0..chances.len()).collect();

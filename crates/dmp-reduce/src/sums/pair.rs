@@ -22,13 +22,16 @@ pub(crate) struct ScaleTotals {
     pub(crate) difference: Ratio,
     pub(crate) a: FixedSum,
     pub(crate) b: FixedSum,
-    /// The difference in ten consecutive stretches; of fewer than ten frames, frame by frame.
+    /// The difference in up to ten consecutive stretches, see [`place_count`].
     pub(crate) places: [Total; PLACES as usize],
 }
 
+/// A place has at least so many frames: fewer differ by chance, wherever segments end.
+const PLACE_FRAMES: u64 = 20;
+
 /// Into how many places the frames are cut.
 pub(crate) fn place_count(frames: Frames) -> u64 {
-    frames.0.clamp(1, PLACES)
+    (frames.0 / PLACE_FRAMES).clamp(1, PLACES)
 }
 
 impl PairTotals {

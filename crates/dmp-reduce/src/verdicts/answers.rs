@@ -3,7 +3,6 @@
 use super::compare::{Comparison, chance, compare};
 use super::family::EqualPairs;
 use super::order::{Ranked, order_runs};
-use super::same::Promise;
 use super::scale_comparison::Asked;
 use super::verdict::Verdict;
 use crate::numbers::Confidence;
@@ -47,37 +46,37 @@ impl Reducer {
         }
     }
 
-    /// Compares every two runs so that all verdicts together keep the promise: where runs are equal, the chance that any
+    /// Compares every two runs so that all verdicts together are as sure as `confidence`: where runs are equal, the chance that any
     /// two of them get different ranks is what the confidence leaves.
     ///
     /// Each pair is looked at at some scales, which share its error. The pairs share it by as many as can be equal, given
     /// those that are found to differ: a pair that differs needs no share.
-    pub fn comparisons(&self, promise: Promise) -> Comparisons {
+    pub fn comparisons(&self, confidence: Confidence) -> Comparisons {
         let equal = EqualPairs::among(self.runs.len());
         let chances: Vec<f64> = self.pairs.iter().map(|pair| chance(pair, self.layout.scales)).collect();
         let mut differing = 0;
         // From step to step less error is to be shared, and more pairs may be found to differ.
         let shared_by = loop {
             let shared_by = equal.most(differing);
-            let error = (1.0 - promise.confidence.level()) / shared_by as f64;
+            let error = (1.0 - confidence.level()) / shared_by as f64;
             let found = chances.iter().filter(|&&chance| chance <= error).count();
             if found <= differing {
                 break shared_by;
             }
             differing = found;
         };
-        let of_pair = promise.confidence.of_each_look(shared_by as u32);
+        let of_pair = confidence.of_each_look(shared_by as u32);
         // One level for all: pairs with fewer scales are a little surer than they would have to be.
         let scales = |pair: &PairTotals| pair.basis.cascade_m(self.layout.scales).len();
         let of_each_interval = of_pair.of_each_look(self.pairs.iter().map(scales).max().unwrap_or(1) as u32);
-        let compared = |(a, b)| self.compare(a, b, Promise { confidence: of_each_interval, ..promise });
+        let compared = |(a, b)| self.compare(a, b, of_each_interval);
         Comparisons { of_each_interval, pairs: pairs_of(self.runs.len()).map(compared).collect() }
     }
 
-    /// Compares run `a` with run `b`, a < b, by intervals that are each as sure as the promise.
+    /// Compares run `a` with run `b`, a < b, by intervals that are each as sure as `confidence`.
     ///
     /// ```
-    /// use dmp_reduce::{Basis, FrameSums, Layout, Promise, Reducer, Residuals, UndecidedReason, Verdict};
+    /// use dmp_reduce::{Basis, Confidence, FrameSums, Layout, Reducer, Residuals, UndecidedReason, Verdict};
     ///
     /// let layout = Layout::new(3, vec![Basis::CrossValidated; 2]);
     /// let mut reducer = Reducer::new(layout.clone());
@@ -86,7 +85,7 @@ impl Reducer {
     /// for ordinal in 0..3 {
     ///     reducer.add_frame(ordinal, &frame)?;
     /// }
-    /// let pair = reducer.compare(0, 1, Promise::default());
+    /// let pair = reducer.compare(0, 1, Confidence::P99);
     /// assert_eq!((pair.common_returns, pair.scales[0].scale_m), (3, 10.0));
     /// let difference_m2 = pair.scales[0].difference.unwrap().value_m2;
     /// assert!((difference_m2 - (0.015625 - 0.140625)).abs() < 1e-9);
@@ -97,7 +96,7 @@ impl Reducer {
     ///
     /// # Panics
     /// Where there is no such pair.
-    pub fn compare(&self, a: usize, b: usize, promise: Promise) -> Comparison {
+    pub fn compare(&self, a: usize, b: usize, confidence: Confidence) -> Comparison {
         let runs = self.runs.len();
         assert!(a < b && b < runs, "no pair ({a}, {b}) of {runs} runs");
         // Pairs stand row by row; before row `a` there are rows of runs − 1, runs − 2, … pairs.
@@ -111,8 +110,7 @@ impl Reducer {
             scales: self.layout.scales,
             scored: self.frames_added(),
             frames: self.layout.frames,
-            confidence: promise.confidence,
-            margin: promise.margin,
+            confidence,
         };
         compare([a, b], predicted, pair, asked)
     }

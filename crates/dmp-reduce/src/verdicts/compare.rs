@@ -9,8 +9,7 @@ use crate::sums::{FRAMES_NEEDED, GROUPS_NEEDED, Mean, PairTotals, ScaleTotals};
 /// Two runs compared on their common returns: those that both predict.
 ///
 /// The mean difference of their truncated squares is looked at scale by scale, the largest first; the
-/// first whose interval excludes 0 decides. Then the place guard asks whether the same run is better everywhere. Where
-/// none decides, and no interval reaches beyond what makes a difference, the two are the same for practical purposes.
+/// first whose interval excludes 0 decides. Then the place guard asks whether the same run is better everywhere.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Comparison {
     /// The first run.
@@ -28,26 +27,21 @@ pub struct Comparison {
     pub guard: Vec<GuardCheck>,
     /// What comes of it.
     pub verdict: Verdict,
-    /// Whether each run predicts more than nine tenths of as many returns as the other does.
-    pub is_alike_covered: bool,
     /// Where a sample decides nothing: about how many frames would, if all there are would. As rough as the difference
     /// that the sample shows.
     pub frames_needed: Option<u64>,
 }
 
 impl Comparison {
-    /// Whether the two are the same for practical purposes: at no scale is a difference left possible that matters,
-    /// and neither predicts much less than the other.
-    pub fn is_same(&self) -> bool {
-        self.is_alike_covered && self.scales.iter().all(ScaleComparison::is_same)
+    /// The same of two runs that are known to be one for practical purposes: nothing is decided between them.
+    #[must_use]
+    pub fn of_same(self) -> Self {
+        Self { guard: Vec::new(), verdict: Verdict::Same, frames_needed: None, ..self }
     }
 }
 
 /// A better run must predict more than one in this many of the returns that the other predicts.
 const LEAST_COVERED: f64 = 2.0;
-
-/// Runs predict alike many returns when each predicts more than this share of what the other does.
-const ALIKE_COVERED: f64 = 0.9;
 
 /// Compares runs `a` and `b` by the sums of their pair.
 ///
@@ -67,7 +61,6 @@ pub(crate) fn compare(
         .collect();
     let scales = all[all.len() - basis.cascade_m(lengths).len()..].to_vec();
     let common_returns = pair.scales[0].difference.total().returns;
-    let [fewer, more] = [predicted[0].min(predicted[1]), predicted[0].max(predicted[1])].map(|n| n as f64);
     let mut comparison = Comparison {
         a,
         b,
@@ -76,7 +69,6 @@ pub(crate) fn compare(
         scales,
         guard: Vec::new(),
         verdict: Verdict::Undecided { reason: UndecidedReason::NoDifference },
-        is_alike_covered: fewer > ALIKE_COVERED * more,
         frames_needed: None,
     };
     let decided =
@@ -99,10 +91,6 @@ pub(crate) fn compare(
                 returns: common_returns,
             },
         };
-    } else if comparison.is_same() {
-        let apart = |scale: &ScaleComparison| Some((scale.scale_m, scale.apart_at_most_m?));
-        let apart_at_most_m = comparison.scales.iter().filter_map(apart).collect();
-        comparison.verdict = Verdict::Same { apart_at_most_m, returns: common_returns };
     } else {
         let reason = why_undecided(pair, &comparison.scales);
         comparison.verdict = Verdict::Undecided { reason };

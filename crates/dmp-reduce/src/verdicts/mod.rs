@@ -5,7 +5,6 @@ mod compare;
 mod family;
 mod guard;
 mod order;
-mod same;
 mod scale_comparison;
 mod verdict;
 
@@ -13,6 +12,5 @@ pub use answers::{Comparisons, RunScores};
 pub use compare::Comparison;
 pub use guard::{GuardCheck, Stretch};
 pub use order::{Ranked, order_runs};
-pub use same::{Margin, Promise};
 pub use scale_comparison::ScaleComparison;
 pub use verdict::{UndecidedReason, Verdict};

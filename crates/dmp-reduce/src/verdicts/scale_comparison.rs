@@ -1,6 +1,5 @@
 //! Two runs compared at one scale.
 
-use super::same::Margin;
 use crate::numbers::Confidence;
 use crate::residual::Scales;
 use crate::sums::{Estimate, Frames, Interval, ScaleTotals};
@@ -16,11 +15,6 @@ pub struct ScaleComparison {
     pub mean_b_m2: Option<f64>,
     /// Mean of a minus b with its interval: negative where a is better.
     pub difference: Option<Estimate>,
-    /// How far apart the two may be at most, as their root mean squares, metres: what the interval still allows. `None`
-    /// where there is no interval.
-    pub apart_at_most_m: Option<f64>,
-    /// How far apart they may be and still count as the same, metres.
-    pub margin_m: Option<f64>,
 }
 
 impl ScaleComparison {
@@ -31,11 +25,6 @@ impl ScaleComparison {
 
     pub(crate) fn decides(&self) -> bool {
         self.interval().is_some_and(|interval| interval.excludes_zero())
-    }
-
-    /// Whether no difference that matters is left possible.
-    pub fn is_same(&self) -> bool {
-        self.apart_at_most_m.zip(self.margin_m).is_some_and(|(apart_m, margin_m)| apart_m <= margin_m)
     }
 }
 
@@ -48,7 +37,6 @@ pub(crate) struct Asked {
     pub(crate) frames: Frames,
     /// How sure each interval is to be.
     pub(crate) confidence: Confidence,
-    pub(crate) margin: Margin,
 }
 
 impl ScaleTotals {
@@ -56,18 +44,6 @@ impl ScaleTotals {
         let difference = self.difference.mean().map(|mean| mean.within(asked.confidence));
         let returns = self.difference.total().returns;
         let [mean_a_m2, mean_b_m2] = [self.a, self.b].map(|sum| sum.mean_m2(returns));
-        let better_m2 = mean_a_m2.zip(mean_b_m2).map(|(a, b)| a.min(b));
-        let interval = difference.and_then(|difference| difference.interval);
-        ScaleComparison {
-            scale_m,
-            mean_a_m2,
-            mean_b_m2,
-            difference,
-            apart_at_most_m: better_m2.zip(interval).map(|(better_m2, interval)| {
-                let most_m2 = interval.high_m2.abs().max(interval.low_m2.abs());
-                (better_m2 + most_m2).sqrt() - better_m2.sqrt()
-            }),
-            margin_m: better_m2.map(|better_m2| asked.margin.metres(better_m2.sqrt())),
-        }
+        ScaleComparison { scale_m, mean_a_m2, mean_b_m2, difference }
     }
 }

@@ -40,13 +40,8 @@ pub enum Verdict {
         /// Common returns.
         returns: u64,
     },
-    /// Neither is better by anything that matters, at any scale.
-    Same {
-        /// How far apart the root mean squares of the two may be at most: (scale, metres), scale by scale.
-        apart_at_most_m: Vec<(f64, f64)>,
-        /// Common returns.
-        returns: u64,
-    },
+    /// The two are known to be one, for practical purposes: their poses say so, see [`Comparison::of_same`](crate::Comparison::of_same).
+    Same,
     /// Nothing can be said.
     Undecided {
         /// Why.
@@ -119,21 +114,10 @@ impl Verdict {
                     places.join(", "),
                 )
             }
-            Self::Same { apart_at_most_m, returns } => {
-                let apart = |(scale_m, apart_m): &(f64, f64)| format!("{} m at {scale_m} m", short(*apart_m));
-                let apart: Vec<_> = apart_at_most_m.iter().map(apart).collect();
-                format!("the same: apart by at most {} ({returns} common returns)", apart.join(", "))
-            }
+            Self::Same => "the same".to_owned(),
             Self::Undecided { reason } => format!("undecided: {reason}"),
         }
     }
-}
-
-/// A length that is at most so long, with two digits that count; what is shorter than a micrometre is printed as one.
-fn short(length_m: f64) -> String {
-    let length_m = if length_m > 0.0 { length_m.max(1e-6) } else { 0.0 };
-    let digits = if length_m > 0.0 { (1.0 - libm::log10(length_m).floor()).clamp(0.0, 6.0) } else { 0.0 };
-    format!("{length_m:.*}", digits as usize)
 }
 
 /// What the scale that decided says.
@@ -143,16 +127,5 @@ fn reach(scale_m: f64, scales: Scales) -> String {
         Reach::Middle(unit) => format!("at the {unit} scale: decided at {scale_m} m, undecided above"),
         Reach::Local(_) => format!("locally: decided at {scale_m} m, undecided above"),
         Reach::Fine(unit) => format!("only at the {unit} scale: decided at {scale_m} m, undecided above"),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::short;
-
-    #[test]
-    fn lengths_have_two_digits_and_are_never_zero() {
-        let printed = [12.345, 0.2149, 0.012_345, 3e-10, 0.0].map(short);
-        assert_eq!(printed, ["12", "0.21", "0.012", "0.000001", "0"]);
     }
 }

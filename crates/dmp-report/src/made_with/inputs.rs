@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use dmp_log::NO_CHECKSUMS;
+use dmp_revisit::apart::Moments;
 use serde::{Deserialize, Serialize};
 
 use super::conventions::ConventionsReport;
@@ -37,6 +38,8 @@ pub struct InputReport {
     pub scans_used: usize,
     /// Returns of all scans that can be read.
     pub returns: u64,
+    /// Where the returns of a scan lie, of some scans: by this a turn of a run is put into metres.
+    pub returns_at: Moments,
     /// Returns used, of scans that some run has a pose for.
     pub returns_used: u64,
     /// Returns dropped, by reason. Used and dropped add up to all.

@@ -1,6 +1,6 @@
 //! The settings as they took effect, in a report.
 
-use dmp_reduce::{Confidence, Margin, Promise, Scales};
+use dmp_reduce::{Confidence, Scales};
 use serde::{Deserialize, Serialize};
 
 use super::ego::EgoReport;
@@ -95,30 +95,20 @@ pub struct PromiseReport {
     pub confidence: f64,
     /// How sure each interval of a difference is, so that all together keep that.
     pub interval_confidence: f64,
-    /// How far apart two runs may be and still count as the same: this share of the better one's root mean square; null
-    /// where metres were asked for.
-    pub same_within_share: Option<f64>,
-    /// So many metres at every scale; null where a share was asked for.
-    pub same_within_m: Option<f64>,
+    /// How far apart two runs may be within a visit and still count as the same, metres; between visits twice as far.
+    pub same_within_m: f64,
     /// Of results that stand beside each other: whether pairs are from several, each of which promises this by itself.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub of_each_result: bool,
 }
 
 impl PromiseReport {
-    /// What was asked for.
+    /// How sure all verdicts together were asked to be.
     ///
     /// # Errors
-    /// Which field holds no share, or what is missing.
-    pub fn asked(&self) -> Result<Promise, String> {
-        let Some(confidence) = Confidence::new(self.confidence) else {
-            return Err(format!("promise.confidence is {}, no share from 0.5 to 1", self.confidence));
-        };
-        let margin = match (self.same_within_share, self.same_within_m) {
-            (Some(share), None) => Margin::Share(share),
-            (None, Some(metres)) => Margin::Metres(metres),
-            _ => return Err("promise holds no margin within which runs are the same".to_owned()),
-        };
-        Ok(Promise { confidence, margin })
+    /// When that is no share.
+    pub fn asked(&self) -> Result<Confidence, String> {
+        let wrong = || format!("promise.confidence is {}, no share from 0.5 to 1", self.confidence);
+        Confidence::new(self.confidence).ok_or_else(wrong)
     }
 }

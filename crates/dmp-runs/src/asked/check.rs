@@ -1,7 +1,6 @@
 //! Validates settings before any file is opened.
 
 use dmp_lengths::thousands;
-use dmp_reduce::Margin;
 use dmp_report::SegmentLength;
 
 use crate::asked::config::Config;
@@ -41,9 +40,8 @@ impl Config {
         if let Some(sigma_m) = self.sigma_m.filter(|&m| !(m > 0.0 && m.is_finite())) {
             return bad(SettingName::Sigma, format!("{sigma_m} m"), "it must be positive");
         }
-        let (Margin::Share(margin) | Margin::Metres(margin)) = self.same_within;
-        if !(margin >= 0.0 && margin.is_finite()) {
-            return bad(SettingName::SameWithin, margin.to_string(), "it must be 0 or more");
+        if let Some(m) = self.same_within_m.filter(|&m| !(m >= 0.0 && m.is_finite())) {
+            return bad(SettingName::SameWithin, format!("{m} m"), "it must be 0 or more");
         }
         if self.every == 0 {
             return bad(SettingName::Every, "0".into(), "it must be 1 or more");

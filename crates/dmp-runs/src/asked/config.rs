@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use dmp_log::LengthUnit;
-use dmp_reduce::{Confidence, Margin, MissPrice, Scales};
+use dmp_reduce::{Confidence, MissPrice, Scales};
 use dmp_report::{Ego, PoseAt, SegmentLength};
 use dmp_sensor::transform_of;
 use dmp_sensor::{Isometry3, Trajectory};
@@ -152,8 +152,9 @@ pub struct Config {
     /// Confidence of all verdicts together. Among equal runs, any two are ranked apart with at most the
     /// remaining probability, over all pairs, scales and looks.
     pub confidence: Confidence,
-    /// The largest difference between two runs that counts as equal.
-    pub same_within: Margin,
+    /// Runs are the same that are nowhere further apart within a visit, and twice as far between visits, metres. `None`: 4 cm,
+    /// in a room 4 mm.
+    pub same_within_m: Option<f64>,
     /// The number of pairs of visits on which drift is measured in metres, beside the scores.
     pub drift: DriftPairs,
     /// The largest drift that this measurement can find.
@@ -201,7 +202,7 @@ impl Default for Config {
             max_time_gap_ns: None,
             miss_price: MissPrice::default(),
             confidence: Confidence::P99,
-            same_within: Margin::default(),
+            same_within_m: None,
             drift: DriftPairs::default(),
             drift_reach: DriftReach::default(),
             sigma_m: None,

@@ -4,8 +4,9 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use dmp_log::{LengthUnit, LogSummary};
-use dmp_reduce::{Confidence, Margin, MissPrice, Promise, Scales};
+use dmp_reduce::{Basis, Confidence, MissPrice, Scales};
 use dmp_report::{Ego, SegmentLength};
+use dmp_revisit::apart::Apart;
 use dmp_sensor::{DepthNoise, Isometry3};
 use serde::{Deserialize, Serialize};
 
@@ -54,8 +55,8 @@ pub struct Settings {
     pub miss_price: MissPrice,
     /// Confidence of all verdicts together.
     pub confidence: Confidence,
-    /// The largest difference between two runs that counts as equal.
-    pub same_within: Margin,
+    /// Runs are the same that are nowhere further apart within a visit, and twice as far between visits, metres.
+    pub same_within_m: f64,
     /// The number of pairs of visits on which drift is measured.
     pub drift: DriftPairs,
     /// The largest drift that this measurement can find.
@@ -128,7 +129,7 @@ impl Config {
             max_time_gap_ns: self.max_time_gap_ns,
             miss_price: self.miss_price,
             confidence: self.confidence,
-            same_within: self.same_within,
+            same_within_m: self.same_within_m.unwrap_or(scales.lengths().same_within_m),
             drift: self.drift,
             drift_reach: self.drift_reach,
             asked_sigma_m: self.sigma_m,
@@ -191,9 +192,9 @@ impl Settings {
         self.asked_sigma_m.map_or(DepthNoise::KINECT, DepthNoise::constant)
     }
 
-    /// The promise of verdicts made in a single look.
-    pub fn promise(&self) -> Promise {
-        Promise { confidence: self.confidence, margin: self.same_within }
+    /// Whether two runs so far apart are the same for practical purposes. Of a given map poses do not say how it fits.
+    pub fn are_same(&self, basis: Basis, apart: Option<&Apart>) -> bool {
+        basis == Basis::CrossValidated && apart.is_some_and(|apart| apart.is_within(self.same_within_m))
     }
 
     /// The offset of the log's stamps for a run, nanoseconds.
@@ -253,8 +254,7 @@ mod tests {
             Config { segment: Some(SegmentLength::Metres(5.0)), ..config.clone() },
             Config { segment: Some(SegmentLength::Seconds(5.0)), ..config.clone() },
             Config { map_unit: Some(LengthUnit::Metre), ..config.clone() },
-            Config { same_within: Margin::Metres(0.02), ..config.clone() },
-            Config { same_within: Margin::Share(0.02), ..config.clone() },
+            Config { same_within_m: Some(0.02), ..config.clone() },
             Config { ego: Ego::None, ..config.clone() },
             Config { drift: DriftPairs::All, ..config.clone() },
             Config { drift: DriftPairs::AtMost(7), ..config.clone() },

@@ -1,6 +1,7 @@
 //! Each run on the scans of a log: its poses on the log's clock, in its own frame, its path and segments, and the rays of its
 //! returns. What is found of one run depends on no other.
 
+mod apart;
 mod clock;
 mod file_stem;
 mod frame;
@@ -16,6 +17,7 @@ mod segments;
 mod select;
 mod sparse;
 
+pub use apart::apart_of;
 pub use clock::on_log_clock;
 pub use file_stem::file_stem_of;
 pub use frame::PlannedFrame;

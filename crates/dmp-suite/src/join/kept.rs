@@ -4,6 +4,8 @@ use dmp_lengths::thousands;
 use dmp_log::{KeptPart, KeptReader};
 use dmp_reduce::{Basis, FrameSums, KeptReturn, Layout, ReduceError, Reducer, Residuals};
 use dmp_report::Report;
+use dmp_revisit::apart::{Apart, Ruler, ScanInBoth};
+use dmp_sensor::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 
 use super::error::JoinError;
 
@@ -29,6 +31,8 @@ pub(super) struct KeptScan {
     mark: u64,
     returns: usize,
     columns: Vec<Vec<[u8; KeptReturn::BYTES]>>,
+    /// The pose of each of them, as [`KeptPart::pose`].
+    poses: Vec<[f64; 7]>,
 }
 
 /// Reads the scans of one result.
@@ -87,7 +91,7 @@ impl<'a> Scans<'a> {
                 }
                 Some(_) => {}
             }
-            let KeptPart { ordinal, scan: number, mark, first, returns } = &mut self.part;
+            let KeptPart { ordinal, scan: number, mark, first, pose, returns } = &mut self.part;
             let begun = scan.filter(|scan| scan.ordinal == *ordinal).map_or(0, |scan| scan.returns as u64);
             if *first != begun {
                 let problem = format!("scan {number} continues with return {first} after {begun} returns");
@@ -99,12 +103,14 @@ impl<'a> Scans<'a> {
                 mark: *mark,
                 returns: returns.len(),
                 columns: Vec::new(),
+                poses: Vec::new(),
             });
             if (row.ordinal, row.scan, row.mark, row.returns) != (*ordinal, *number, *mark, returns.len()) {
                 let problem = format!("its runs have other returns of scan {number}");
                 return Err(self.problem(problem));
             }
             row.columns.push(std::mem::take(returns));
+            row.poses.push(*pose);
         }
         Ok(row)
     }
@@ -177,13 +183,14 @@ impl<'a> Rows<'a> {
         let mut all: Option<KeptScan> = None;
         for result in &mut self.results {
             let Some(scan) = result.next.take_if(|scan| scan.ordinal == ordinal) else { continue };
-            let KeptScan { scan: number, mark, returns, columns, .. } = scan;
+            let KeptScan { scan: number, mark, returns, columns, poses, .. } = scan;
             let all = all.get_or_insert_with(|| KeptScan {
                 ordinal,
                 scan: number,
                 mark,
                 returns,
                 columns: vec![Vec::new(); self.columns],
+                poses: vec![[f64::NAN; 7]; self.columns],
             });
             if (all.scan, all.returns) != (number, returns) {
                 let named = |scan, returns: usize| {
@@ -196,14 +203,40 @@ impl<'a> Rows<'a> {
                 let problem = format!("its returns of scan {number} differ from the other results");
                 return Err(result.problem(problem));
             }
-            for (column, returns) in result.kept.columns.iter().zip(columns) {
+            for (column, (returns, pose)) in result.kept.columns.iter().zip(columns.into_iter().zip(poses)) {
                 if let Some(column) = *column {
-                    all.columns[column] = returns;
+                    (all.columns[column], all.poses[column]) = (returns, pose);
                 }
             }
         }
         Ok(all)
     }
+}
+
+/// The poses of a scan in every compared run.
+pub(super) struct PosedScan {
+    scan: u64,
+    poses: Vec<Option<Isometry3<f64>>>,
+}
+
+/// A pose with the bits that were kept; `None` where there is none.
+fn pose_of([x, y, z, i, j, k, w]: &[f64; 7]) -> Option<Isometry3<f64>> {
+    let turn = UnitQuaternion::new_unchecked(Quaternion::new(*w, *i, *j, *k));
+    let is_pose = [x, y, z].iter().all(|c| c.is_finite()) && (turn.norm() - 1.0).abs() < 1e-6;
+    is_pose.then(|| Isometry3::from_parts(Translation3::new(*x, *y, *z), turn))
+}
+
+/// How far apart runs `a` and `b` are.
+pub(super) fn apart_of(scans: &[PosedScan], [a, b]: [usize; 2], ruler: &Ruler) -> Option<Apart> {
+    let (mut both, mut of_one) = (Vec::new(), 0);
+    for PosedScan { scan, poses } in scans {
+        match [poses[a], poses[b]] {
+            [Some(a), Some(b)] => both.push(ScanInBoth { scan: *scan, run_from_sensor: [a, b] }),
+            [None, None] => {}
+            _ => of_one += 1,
+        }
+    }
+    Apart::of(&both, of_one, ruler)
 }
 
 /// Sums of scans.
@@ -246,6 +279,11 @@ impl KeptScan {
     /// Its ordinal among the scans that could be scored, and its number in the log.
     pub(super) fn numbers(&self) -> (u64, u64) {
         (self.ordinal, self.scan)
+    }
+
+    /// The pose of each run in it, and its number in the log.
+    pub(super) fn posed(&self) -> PosedScan {
+        PosedScan { scan: self.scan, poses: self.poses.iter().map(pose_of).collect() }
     }
 
     /// Its number of returns.

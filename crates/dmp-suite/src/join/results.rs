@@ -4,13 +4,14 @@ use std::collections::BTreeMap;
 
 use dmp_lengths::thousands;
 use dmp_log::KeptReader;
-use dmp_reduce::{Basis, Comparisons, FrameSums, Layout, MissPrice, Promise, Reducer};
+use dmp_reduce::{Basis, Comparisons, FrameSums, Layout, MissPrice, Reducer};
 use dmp_report::{PairFacts, PairReport, Report, RunReport, Withheld};
+use dmp_revisit::apart::Ruler;
 use rayon::prelude::*;
 
 use super::error::JoinError;
 use super::follow::Follow;
-use super::kept::{Kept, KeptScan, Rows, Summed};
+use super::kept::{Kept, KeptScan, PosedScan, Rows, Summed, apart_of};
 use super::named::NamedReport;
 use super::reports::{JoinedReport, join_reports, pairs_of, put_in_order};
 
@@ -118,8 +119,7 @@ fn judge(
     let report = &mut joined.report;
     let file = kept.first().map_or(String::new(), |kept| kept.file.to_owned());
     let problem = |problem: String| JoinError::Returns { report: file.clone(), problem };
-    let Promise { confidence, margin } = report.promise.asked().map_err(problem)?;
-    let promise = Promise { confidence: confidence.of_each_look(looks), margin };
+    let confidence = report.promise.asked().map_err(problem)?.of_each_look(looks);
     let sampling = &report.sampling;
     if sampling.looks.is_some() {
         return Err(problem("made with --decide, whose looks share the error rate".to_owned()));
@@ -133,8 +133,8 @@ fn judge(
     let layout = Layout::new(report.sampling.frames_total, vec![basis; runs.len()])
         .on_scales(report.config.scales)
         .with_miss_price(MissPrice::new(miss_price).ok_or_else(price)?);
-    let (reducer, scans) = reduce(kept, &layout, (threads, progress), &problem)?;
-    let Comparisons { of_each_interval, pairs } = reducer.comparisons(promise);
+    let (reducer, scans, mut posed) = reduce(kept, &layout, (threads, progress), &problem)?;
+    let Comparisons { of_each_interval, pairs } = reducer.comparisons(confidence);
     let scan_of = |ordinal: u64| scan_at(&scans, ordinal);
     let log_likelihood = |run: usize| report.run(&runs[run]).map_or(0.0, |run| run.log_likelihood_raw);
     let facts = PairFacts {
@@ -144,7 +144,22 @@ fn judge(
         scales: report.config.scales,
         of_places: false,
     };
-    let judged = pairs.iter().map(|pair| PairReport::of(pair, facts));
+    posed.sort_by_key(|(ordinal, _)| *ordinal);
+    let posed: Vec<PosedScan> = posed.into_iter().map(|(_, scan)| scan).collect();
+    let lengths = report.config.scales.lengths();
+    let ruler = Ruler {
+        metre_m: lengths.metre_m,
+        visits_m: lengths.pass_m,
+        is_camera: report.runs.iter().any(|run| run.dmp_depth_sum_m2.is_some()),
+        returns: report.inputs.returns_at,
+    };
+    let same_within_m = report.promise.same_within_m;
+    let judged = pairs.into_iter().map(|pair| {
+        let apart = apart_of(&posed, [pair.a, pair.b], &ruler);
+        let is_same =
+            basis == Basis::CrossValidated && apart.is_some_and(|apart| apart.is_within(same_within_m));
+        PairReport::of(&if is_same { pair.of_same() } else { pair }, facts, apart)
+    });
     let mut judged: BTreeMap<[String; 2], PairReport> =
         judged.map(|pair| ([pair.a.clone(), pair.b.clone()], pair)).collect();
     let (mut all, mut from_reports) = (Vec::new(), false);
@@ -181,13 +196,17 @@ fn scan_at(scans: &BTreeMap<u64, u64>, ordinal: u64) -> u64 {
     }
 }
 
-/// Sums all returns; returns also the scored scans, by their ordinals among those that could be scored.
+/// The sums of all returns; the numbers of the scored scans by their ordinals among those that could be scored; and their
+/// poses, with the ordinals.
+type Reduced = (Reducer, BTreeMap<u64, u64>, Vec<(u64, PosedScan)>);
+
+/// Sums all returns.
 fn reduce(
     kept: Vec<Kept<'_>>,
     layout: &Layout,
     (threads, progress): (usize, &dyn Follow),
     problem: &dyn Fn(String) -> JoinError,
-) -> Result<(Reducer, BTreeMap<u64, u64>), JoinError> {
+) -> Result<Reduced, JoinError> {
     // Sums of pairs grow with the square of the runs.
     let runs = layout.bases().len();
     let most = WORKERS_BYTES / (Reducer::bytes_of(runs) + FrameSums::bytes_of(runs)).max(1);
@@ -198,7 +217,7 @@ fn reduce(
     let scored = kept.first().map_or(0, |kept| kept.report.sampling.frames_scored);
     let mut rows = Rows::new(kept, layout.bases().len());
     let mut workers: Vec<Summed> = (0..threads).map(|_| Summed::new(layout)).collect();
-    let mut scans = BTreeMap::new();
+    let (mut scans, mut posed) = (BTreeMap::new(), Vec::new());
     loop {
         if progress.cancelled() {
             return Err(JoinError::Cancelled);
@@ -208,6 +227,7 @@ fn reduce(
             break;
         }
         scans.extend(batch.iter().map(KeptScan::numbers));
+        posed.extend(batch.iter().map(|scan| (scan.numbers().0, scan.posed())));
         let step = workers.len();
         let added = pool.install(|| {
             workers.par_iter_mut().enumerate().try_for_each(|(first, worker)| {
@@ -224,5 +244,5 @@ fn reduce(
     let added = workers.iter().try_for_each(|worker| whole.reducer.merge(&worker.reducer));
     let empty = scored.saturating_sub(rows.scans);
     added.and_then(|()| whole.reducer.add_empty_frames(empty)).map_err(|error| problem(error.to_string()))?;
-    Ok((whole.reducer, scans))
+    Ok((whole.reducer, scans, posed))
 }

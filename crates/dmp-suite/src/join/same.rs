@@ -11,7 +11,7 @@ use super::named::NamedReport;
 type Fact = (MadeWith, &'static str, fn(&Report) -> String);
 
 /// In order: causes before the settings that follow from them.
-const FACTS: [Fact; 31] = [
+const FACTS: [Fact; 30] = [
     (MadeWith::Version, "dmp_version", |report| report.dmp_version.clone()),
     (MadeWith::Log, "inputs.fingerprint", |report| report.inputs.fingerprint.clone()),
     (MadeWith::Log, "inputs.bytes", |report| report.inputs.bytes.to_string()),
@@ -27,8 +27,7 @@ const FACTS: [Fact; 31] = [
     (MadeWith::Frames, "sampling.seed", |report| or_null(report.sampling.seed)),
     (MadeWith::Frames, "sampling.looks", |report| format!("{:?}", report.sampling.looks)),
     (MadeWith::Settings, "promise.confidence", |report| report.promise.confidence.to_string()),
-    (MadeWith::Settings, "promise.same_within_share", |report| or_null(report.promise.same_within_share)),
-    (MadeWith::Settings, "promise.same_within_m", |report| or_null(report.promise.same_within_m)),
+    (MadeWith::Settings, "promise.same_within_m", |report| report.promise.same_within_m.to_string()),
     (MadeWith::Settings, "config.min_range_m", |report| report.config.min_range_m.to_string()),
     (MadeWith::Settings, "config.max_range_m", |report| report.config.max_range_m.to_string()),
     (MadeWith::Settings, "config.horizon_m", |report| report.config.horizon_m.to_string()),

@@ -27,5 +27,5 @@ pub(crate) use plan::Plan;
 pub use reach::TilesInReach;
 pub(crate) use run_map::{MapFacts, RunMap, tile_bytes};
 pub(crate) use sanity::Doubts;
-pub use survey::VoxelChoice;
+pub use survey::Surveyed;
 pub(crate) use survey::{SURVEYED_SCANS, Survey, spread};

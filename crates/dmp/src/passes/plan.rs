@@ -2,13 +2,14 @@
 //!
 //! A [`Plan`] follows from the log and the settings alone, and is the same for all runs. A [`RunPath`] is one run's own.
 
-use dmp_log::ScanLog;
+use dmp_log::{LogSummary, ScanLog};
 use dmp_reduce::FrameSet;
+use dmp_revisit::apart::Ruler;
 use dmp_runs::{EvaluateError, Looks, Means, PlannedFrame, Progress, Selection, Settings};
 use dmp_sensor::ReturnFilter;
 
 use crate::passes::frames::Reading;
-use crate::passes::survey::{Survey, VoxelChoice};
+use crate::passes::survey::{Survey, Surveyed};
 
 /// The decisions before scoring that follow from the log.
 #[derive(Debug, Clone)]
@@ -17,8 +18,8 @@ pub(crate) struct Plan {
     pub(crate) selection: Selection,
     /// Which returns are used.
     pub(crate) filter: ReturnFilter,
-    /// The voxel edge and its origin.
-    pub(crate) voxel: VoxelChoice,
+    /// The voxel edge, and where returns lie.
+    pub(crate) surveyed: Surveyed,
     /// Which of the scans are scored.
     pub(crate) looks: Looks,
 }
@@ -38,20 +39,31 @@ impl Plan {
         progress: &dyn Progress,
     ) -> Result<Self, EvaluateError> {
         let survey = Survey { log, settings, pool, progress };
-        let (filter, voxel) = survey.look(&selection.frames, voxel_m)?;
-        Ok(Self::surveyed(selection, filter, voxel, settings))
+        let (filter, surveyed) = survey.look(&selection.frames, voxel_m)?;
+        Ok(Self::surveyed(selection, filter, surveyed, settings))
     }
 
     /// The plan where the survey was made before.
     pub(crate) fn surveyed(
         selection: Selection,
         filter: ReturnFilter,
-        voxel: VoxelChoice,
+        surveyed: Surveyed,
         settings: &Settings,
     ) -> Self {
         let all = selection.frames.len() as u64;
         let looks = Looks::new(all, settings.sample, settings.seed, settings.decide.is_some());
-        Self { selection, filter, voxel, looks }
+        Self { selection, filter, surveyed, looks }
+    }
+
+    /// With what runs are laid against each other.
+    pub(crate) fn ruler(&self, log: &LogSummary, settings: &Settings) -> Ruler {
+        let lengths = settings.scales.lengths();
+        Ruler {
+            metre_m: lengths.metre_m,
+            visits_m: lengths.pass_m,
+            is_camera: log.camera.is_some(),
+            returns: self.surveyed.returns,
+        }
     }
 
     /// The scans in use, in order of time.

@@ -1,9 +1,10 @@
-//! Decisions from a few scans, by nothing else: the vehicle's own returns and the voxel edge.
+//! Decisions from a few scans, by nothing else: the vehicle's own returns, the voxel edge, and where returns lie.
 
 use std::sync::{Mutex, PoisonError};
 
 use dmp_log::ScanLog;
 use dmp_report::Ego;
+use dmp_revisit::apart::{MomentSums, Moments};
 use dmp_runs::{EvaluateError, FrameOrder, PlannedFrame, Progress, Settings, Stage};
 use dmp_sensor::{EgoMask, EgoVotes, ReturnFilter, Scan};
 
@@ -27,13 +28,15 @@ const FAR_M: f32 = 40.0;
 const STANDS: f64 = 0.75;
 const FEWEST_CELLS: usize = 20;
 
-/// The voxel edge and its reason.
+/// What a few scans show.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct VoxelChoice {
+pub struct Surveyed {
     /// The edge v, metres.
     pub(crate) voxel_m: f64,
     /// Share of returns in voxels with three or more of their scan; `None` if the edge was given.
     pub(crate) filled_share: Option<f64>,
+    /// Where the returns of a scan lie.
+    pub(crate) returns: Moments,
 }
 
 /// Surveys scans of a log.
@@ -53,7 +56,7 @@ impl Survey<'_> {
         &self,
         frames: &[PlannedFrame],
         voxel_m: Option<f64>,
-    ) -> Result<(ReturnFilter, VoxelChoice), EvaluateError> {
+    ) -> Result<(ReturnFilter, Surveyed), EvaluateError> {
         let Settings { min_range_m, max_range_m, scales, ego, .. } = *self.settings;
         let lengths = scales.lengths();
         let mut filter = ReturnFilter { min_range_m, max_range_m, ego: EgoMask::default() };
@@ -61,13 +64,13 @@ impl Survey<'_> {
         if let Ego::BoxMm(min, max) = ego {
             filter.ego = EgoMask::from_box_mm(min, max);
         }
-        if let (Some(voxel_m), false) = (voxel_m, finds_vehicle) {
-            return Ok((filter, VoxelChoice { voxel_m, filled_share: None }));
-        }
         let looked = self.scans(frames, &filter, &lengths.voxels_m)?;
         if finds_vehicle {
             filter.ego = vehicle(&looked);
         }
+        let mut sums = MomentSums::default();
+        looked.iter().for_each(|scan| sums.merge(&scan.moments));
+        let moments = sums.moments();
         let chosen = || {
             let returns: u64 = looked.iter().map(|scan| scan.returns).sum();
             let filled = |k: usize| looked.iter().map(|scan| scan.filled[k]).sum::<u64>();
@@ -75,13 +78,13 @@ impl Survey<'_> {
             let mut shares = shares.map(|(k, &m)| (m, filled(k) as f64 / returns.max(1) as f64)).peekable();
             while let Some((voxel_m, share)) = shares.next() {
                 if share >= FILLED_SHARE || shares.peek().is_none() {
-                    return VoxelChoice { voxel_m, filled_share: Some(share) };
+                    return (voxel_m, Some(share));
                 }
             }
-            VoxelChoice { voxel_m: lengths.voxels_m[0], filled_share: None }
+            (lengths.voxels_m[0], None)
         };
-        let given = voxel_m.map(|voxel_m| VoxelChoice { voxel_m, filled_share: None });
-        Ok((filter, given.unwrap_or_else(chosen)))
+        let (voxel_m, filled_share) = voxel_m.map_or_else(chosen, |voxel_m| (voxel_m, None));
+        Ok((filter, Surveyed { voxel_m, filled_share, returns: moments }))
     }
 
     /// Looks at scans along the whole log, in order of time.
@@ -111,6 +114,7 @@ impl Survey<'_> {
 struct Looked {
     ordinal: usize,
     returns: u64,
+    moments: MomentSums,
     /// For each voxel edge, returns in voxels with three or more.
     filled: Vec<u64>,
     /// One return of each cell near the sensor.
@@ -172,6 +176,7 @@ impl Worker for Look<'_> {
         let looked = Looked {
             ordinal,
             returns: used.len() as u64,
+            moments: MomentSums::of(used.iter().copied()),
             filled: self.voxels_m.iter().map(filled).collect(),
             near: near.into_iter().map(|(_, point)| point).collect(),
             far,

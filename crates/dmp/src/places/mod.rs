@@ -111,7 +111,7 @@ pub fn evaluate_quick<'a>(
         places: Some(sample.report(&way, share, totals.scans_read, bytes_read)),
         scan_of_unit: sample.middles,
         looks: vec![reducer.frames_added()],
-        promise: settings.promise(),
+        confidence: settings.confidence,
         counts,
         odd_scans: Vec::new(),
         copied_scans: Vec::new(),

@@ -1,4 +1,4 @@
-//! Surveys what is common to all places: the vehicle and the voxel edge.
+//! Surveys what is common to all places: the vehicle, the voxel edge, and where returns lie.
 
 use dmp_log::{LogOutline, ScanLog};
 use dmp_runs::{EvaluateError, Looks, PlannedFrame, Progress, Selection, Settings};
@@ -26,7 +26,7 @@ pub(super) fn look(
     let (frames, _) = scans.frames_of(&log, settings);
     let frames: Vec<PlannedFrame> = frames.into_iter().map(|(_, frame)| frame).collect();
     let survey = Survey { log: &log, settings, pool, progress };
-    let (filter, voxel) = survey.look(&frames, settings.voxel_m)?;
+    let (filter, surveyed) = survey.look(&frames, settings.voxel_m)?;
     let largest_scan = log.frames().iter().map(|frame| frame.returns).max().unwrap_or(0);
-    Ok((Plan { selection, filter, voxel, looks }, largest_scan))
+    Ok((Plan { selection, filter, surveyed, looks }, largest_scan))
 }

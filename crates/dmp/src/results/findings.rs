@@ -2,14 +2,15 @@
 
 use dmp_log::{Damage, shown_path};
 use dmp_map::Store;
-use dmp_reduce::{Comparison, Comparisons, Margin, RunSums, log_likelihood_raw};
+use dmp_reduce::{Comparison, Comparisons, RunSums, log_likelihood_raw};
 use dmp_report::SegmentLength;
 use dmp_report::{
     ConfigReport, DepthNoiseReport, DropReport, EgoReport, InputReport, MapReport, MemoryReport, PairFacts,
     PairReport, PassTimes, PromiseReport, Report, RunFacts, RunInputReport, RunReport, SamplingReport,
     SegmentReport, TileReport,
 };
-use dmp_runs::{Heads, MapSource, Means, PlannedFrame, PosedRun, RunPath, Settings};
+use dmp_revisit::apart::Apart;
+use dmp_runs::{Heads, MapSource, Means, PlannedFrame, PosedRun, RunPath, Settings, apart_of};
 use dmp_sensor::seven;
 use dmp_sensor::{DepthNoise, DropReason, ReturnCounts};
 
@@ -69,7 +70,8 @@ impl Findings<'_> {
     pub(crate) fn report(&self) -> Report {
         let Self { settings, plan, runs, fused, scored, timing, .. } = *self;
         let reducer = &scored.reducer;
-        let Comparisons { of_each_interval, pairs } = reducer.comparisons(scored.promise);
+        let Comparisons { of_each_interval, pairs } = reducer.comparisons(scored.confidence);
+        let (pairs, apart): (Vec<_>, Vec<_>) = pairs.into_iter().map(|pair| self.with_apart(pair)).unzip();
         let ranked = reducer.order(&pairs);
         let name = |run: usize| runs[run].run.name.clone();
         let ties = ranked
@@ -86,19 +88,12 @@ impl Findings<'_> {
             left_out: Vec::new(),
             order: ranked.iter().map(|ranked| name(ranked.run)).collect(),
             ties,
-            pairs: pairs.iter().map(|pair| self.pair(pair)).collect(),
+            pairs: pairs.iter().zip(apart).map(|(pair, apart)| self.pair(pair, apart)).collect(),
             drift: None,
             promise: PromiseReport {
                 confidence: settings.confidence.level(),
                 interval_confidence: of_each_interval.level(),
-                same_within_share: match settings.same_within {
-                    Margin::Share(share) => Some(share),
-                    Margin::Metres(_) => None,
-                },
-                same_within_m: match settings.same_within {
-                    Margin::Share(_) => None,
-                    Margin::Metres(metres) => Some(metres),
-                },
+                same_within_m: settings.same_within_m,
                 of_each_result: false,
             },
             sampling: SamplingReport {
@@ -122,6 +117,7 @@ impl Findings<'_> {
             },
             tiles: tile_reports(scored),
         };
+        report.list_equals_by_name();
         warnings::add(&mut report, plan, scored, runs);
         report
     }
@@ -137,7 +133,7 @@ impl Findings<'_> {
         let lattice = scored.lattice;
         ConfigReport {
             voxel_m: lattice.voxel_m(),
-            voxel_filled_share: plan.voxel.filled_share,
+            voxel_filled_share: plan.surveyed.filled_share,
             tile_edge_m: lattice.tile_edge_m(),
             disc_radius_m: lattice.disc_radius_m(),
             min_range_m: config.min_range_m,
@@ -207,6 +203,7 @@ impl Findings<'_> {
             scans: heads.readable(),
             scans_used: (0..plan.frames().len()).filter(|&k| runs.iter().any(|run| run.path.has(k))).count(),
             returns: counts.total(),
+            returns_at: plan.surveyed.returns,
             returns_used: counts.used(),
             dropped: DropReport(
                 DropReason::ALL
@@ -255,7 +252,16 @@ impl Findings<'_> {
         reducer.frames().iter().filter(|&ordinal| self.runs[run].path.has(ordinal)).count()
     }
 
-    fn pair(&self, pair: &Comparison) -> PairReport {
+    /// A comparison with how far apart its runs are; those that are nowhere apart by what matters are the same.
+    fn with_apart(&self, pair: Comparison) -> (Comparison, Option<Apart>) {
+        let Self { plan, runs, settings, .. } = *self;
+        let ruler = plan.ruler(self.heads.summary(), settings);
+        let apart = apart_of(plan.frames(), [pair.a, pair.b].map(|run| &runs[run]), &ruler);
+        let is_same = settings.are_same(pair.basis, apart.as_ref());
+        (if is_same { pair.of_same() } else { pair }, apart)
+    }
+
+    fn pair(&self, pair: &Comparison, apart: Option<Apart>) -> PairReport {
         let Self { settings: config, runs, scored, .. } = *self;
         PairReport::of(
             pair,
@@ -266,6 +272,7 @@ impl Findings<'_> {
                 scales: config.scales,
                 of_places: scored.places.is_some(),
             },
+            apart,
         )
     }
 }

@@ -156,7 +156,7 @@ fn report(folder: &Path, limits: &str, arguments: &str, code: i32) -> Value {
     assert_eq!(output.status.code(), Some(code), "{arguments}\n{}", text(&output.stderr));
     assert_eq!(text(&output.stderr), "", "{arguments}");
     let mut report: Value = serde_json::from_slice(&output.stdout).unwrap();
-    if report["schema"] == "dmp-score/2" {
+    if report["schema"] == "dmp-score/3" {
         let object = report.as_object_mut().unwrap();
         assert!(object.remove("timing").is_some() && object.remove("memory").is_some());
         let inputs = &report["inputs"];

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use dmp::{Confidence, Promise, Report};
+use dmp::{Confidence, Report};
 use dmp_reduce::{Comparison, Reducer, Verdict};
 
 use super::sets::{Set, SetKind};
@@ -57,7 +57,7 @@ impl Counts {
         };
         for (number, (level, at_level)) in LEVELS.iter().zip(&mut counts.levels).enumerate() {
             let confidence = Confidence::new(*level).unwrap_or(Confidence::P99);
-            let pairs = reducer.comparisons(Promise { confidence, ..Promise::default() }).pairs;
+            let pairs = reducer.comparisons(confidence).pairs;
             let judged =
                 |pair: &&Comparison| set.kind != SetKind::Ladder || better(set, pair.a, pair.b).is_some();
             let judged: Vec<&Comparison> = pairs.iter().filter(judged).collect();

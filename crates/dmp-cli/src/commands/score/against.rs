@@ -23,7 +23,7 @@ pub(super) fn standing(report: &Report, first: &str, name: &str) -> Standing {
     if name == first {
         return match report.best() {
             Some(Best::Run(_)) => alone("best", Some(Tone::Good)),
-            _ => alone("first", None),
+            _ => alone(if report.leaders().len() > 1 { "tied" } else { "first" }, None),
         };
     }
     let Some(shown) = OrderedPair::of(report, first, name) else {

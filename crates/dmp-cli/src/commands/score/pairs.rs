@@ -39,9 +39,6 @@ fn of_first(report: &Report) -> impl Iterator<Item = OrderedPair<'_>> {
 fn remark(report: &Report, shown: &OrderedPair<'_>) -> Option<String> {
     let pair = shown.pair;
     match pair.verdict {
-        Verdict::Better { is_same: true, .. } => {
-            Some("the difference is too small to matter (--same-within)".to_owned())
-        }
         Verdict::Better { .. } => None,
         Verdict::Undecided => Some(format!("{}{}", pair.reason, sampling::more_needed(report, pair))),
         Verdict::Mixed { .. } | Verdict::Same => Some(pair.reason.clone()),

@@ -4,7 +4,7 @@ use std::io::{self, Write};
 
 use dmp::Report;
 use dmp_draw::text::{self, Side, Table, shortened, width_of};
-use dmp_draw::{Ranking, ranking};
+use dmp_draw::{Ranking, beside, ranking};
 
 use super::against::{Standing, standing};
 use super::sampling;
@@ -23,8 +23,6 @@ const INTERVAL_RANK: u8 = 3;
 #[derive(Debug)]
 struct Column {
     name: &'static str,
-    /// What it is called where others have that name too.
-    title: String,
     side: Side,
     cells: Vec<String>,
     /// Where there is no room for all columns, the largest are not shown; `None` is always shown.
@@ -34,7 +32,7 @@ struct Column {
 impl Column {
     fn new(name: &'static str, side: Side, cells: Vec<String>) -> Self {
         let cells = [name, "", ""].map(str::to_owned).into_iter().chain(cells).collect();
-        Self { name, title: name.to_owned(), side, cells, rank: None }
+        Self { name, side, cells, rank: None }
     }
 
     fn of_score(ranking: &Ranking<'_>, k: usize) -> Self {
@@ -43,11 +41,8 @@ impl Column {
         let mut made = Self::new(score.column.name, Side::Right, cells);
         made.cells[1] = score.detail();
         score.unit().clone_into(&mut made.cells[2]);
-        if score.scale_m.is_some() {
-            made.title = score.title();
-        }
-        // The first score is always shown.
-        made.rank = (k > 0).then_some(score.column.rank);
+        // The first score is always shown, and coverage before the third.
+        made.rank = (k > 0).then_some(if k == 2 { score.column.rank.max(2) } else { score.column.rank });
         made
     }
 
@@ -84,6 +79,12 @@ impl<'a> Ranked<'a> {
             let intervals = standings.iter().map(|standing| standing.interval.clone()).collect();
             let interval = Column::new("interval", Side::Right, intervals);
             columns.push(Column { rank: Some(INTERVAL_RANK), ..interval });
+        }
+        for column in beside(report) {
+            let mut made = Column::new(column.name, Side::Right, column.cells);
+            let words = column.name.splitn(2, ' ').zip(&mut made.cells);
+            words.for_each(|(word, cell)| word.clone_into(cell));
+            columns.push(Column { rank: Some(0), ..made });
         }
         for k in 0..ranking.columns.len() {
             columns.push(Column::of_score(&ranking, k));
@@ -139,14 +140,10 @@ impl<'a> Ranked<'a> {
         shown.map(|&column| self.columns[column].name).collect()
     }
 
-    /// What there is no room for.
-    pub(super) fn hidden(&self) -> Vec<String> {
-        let hidden = self.blocks.iter().skip(1).flat_map(|block| &block[GIVEN..]);
-        let mut titles: Vec<String> = hidden.map(|&column| self.columns[column].title.clone()).collect();
-        if self.has_short_names {
-            titles.push("whole names".to_owned());
-        }
-        titles
+    /// How many columns there is no room for, and whether names are cut.
+    pub(super) fn hidden(&self) -> (usize, bool) {
+        let columns = self.blocks.iter().skip(1).map(|block| block.len() - GIVEN).sum();
+        (columns, self.has_short_names)
     }
 }
 

@@ -24,7 +24,6 @@ pub(crate) fn report(
     writeln!(out)?;
     runs(out, report, verbose, terminal)?;
     if let Some(drift) = &report.drift {
-        writeln!(out)?;
         drift_of_runs(out, report, drift, verbose, terminal)?;
     }
     if verbose {
@@ -32,13 +31,27 @@ pub(crate) fn report(
     }
     let warnings = dmp_draw::warnings(report);
     if !warnings.is_empty() {
-        writeln!(out, "\n{}", terminal.painted(Tone::Open, "Warnings"))?;
-        warnings.iter().try_for_each(|warning| terminal.tell(out, "  ", warning))?;
+        writeln!(out)?;
+    }
+    for warning in warnings {
+        terminal.tell(out, "", &format!("{} {warning}", terminal.painted(Tone::Open, "warning:")))?;
     }
     writeln!(out)?;
     what_went_in(report).iter().try_for_each(|line| terminal.tell(out, "", line))?;
-    terminal.tell(out, "", "Scores compare runs of this log under these settings only.")?;
-    promise(report).map_or(Ok(()), |promise| terminal.tell(out, "", &promise))
+    terminal.tell(out, "", &what_it_is_good_for(report, verbose))
+}
+
+/// What may be compared, and how sure the verdicts are.
+fn what_it_is_good_for(report: &Report, verbose: bool) -> String {
+    let only = "Compare runs of this log and settings only";
+    match promise(report) {
+        Some(promise) if verbose => format!("{only}. {promise}"),
+        Some(_) => {
+            let sure = text::confidence(report.promise.confidence);
+            format!("{only}; all verdicts together are {sure} sure.")
+        }
+        None => format!("{only}."),
+    }
 }
 
 /// The table of the runs, what its columns mean, and what is not shown.
@@ -46,7 +59,7 @@ fn runs(out: &mut impl Write, report: &Report, verbose: bool, terminal: Terminal
     let table = Ranked::new(report, terminal);
     table.write(out, verbose)?;
     writeln!(out)?;
-    let legend = legend(report, &table.names(verbose));
+    let legend = legend(report, &table.names(verbose), !verbose);
     let width = legend.iter().fold(8, |width, (term, _)| width.max(term.len()));
     for (term, meaning) in legend {
         terminal.tell(out, &format!("{term:<width$}  "), &meaning)?;
@@ -56,10 +69,12 @@ fn runs(out: &mut impl Write, report: &Report, verbose: bool, terminal: Terminal
     }
     let mut remarks = Vec::new();
     pairs::remarks(&mut remarks, report, terminal)?;
-    let mut more = table.hidden();
-    let others = pairs::others(report) as u64;
-    if others > 0 {
-        more.insert(0, counted(others, "more pair"));
+    let (columns, has_short_names) = table.hidden();
+    let counts = [(pairs::others(report), "more pair"), (columns, "more column")];
+    let counts = counts.into_iter().filter(|(count, _)| *count > 0);
+    let mut more: Vec<String> = counts.map(|(count, what)| counted(count as u64, what)).collect();
+    if has_short_names {
+        more.push("whole names".to_owned());
     }
     if !more.is_empty() {
         terminal.tell(&mut remarks, "", &format!("{}: -v or --json", more.join(", ")))?;
@@ -70,7 +85,7 @@ fn runs(out: &mut impl Write, report: &Report, verbose: bool, terminal: Terminal
     out.write_all(&remarks)
 }
 
-/// The drift of the runs at revisits, in metres.
+/// The drift of the runs at revisits, in metres; in short that there is none.
 fn drift_of_runs(
     out: &mut impl Write,
     report: &Report,
@@ -78,14 +93,16 @@ fn drift_of_runs(
     verbose: bool,
     terminal: Terminal,
 ) -> io::Result<()> {
+    if drift.is_measured() && !verbose {
+        return Ok(());
+    }
+    writeln!(out)?;
     terminal.tell(out, "", &drift_in_words(drift, report.config.scales))?;
     if !drift.is_measured() {
         return Ok(());
     }
     terminal.tell(out, "", &pairs_in_words(drift))?;
-    if verbose {
-        crate::commands::drift::render::runs(drift).write_within(out, terminal.width)?;
-    }
+    crate::commands::drift::render::runs(drift).write_within(out, terminal.width)?;
     drift_beside_scores(report).iter().try_for_each(|line| terminal.tell(out, "", line))
 }
 
@@ -207,9 +224,9 @@ Family-wise error rate 1 %, over all pairs and 4 scales; each interval is at
             report.pairs[0].verdict = verdict;
             text_of(&report, false).lines().next().unwrap().to_owned()
         };
-        let (run, decided_at_m, is_same) = ("run 1".to_owned(), 10.0, false);
+        let (run, decided_at_m) = ("run 1".to_owned(), 10.0);
         assert_eq!(
-            said(Verdict::Mixed { run, decided_at_m, is_same }),
+            said(Verdict::Mixed { run, decided_at_m }),
             "run 1 is better than run 0 on the whole, but worse at some places."
         );
         assert_eq!(said(Verdict::Same), "run 0 and run 1 are the same, for practical purposes.");

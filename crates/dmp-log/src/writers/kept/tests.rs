@@ -21,7 +21,8 @@ fn scans() -> Vec<[Returns; 2]> {
 fn write(path: &Path) {
     let mut writer = KeptWriter::create(path, b"{\"a\": 1}", &["one", "x/two"]).unwrap();
     for (scan, runs) in (0..).zip(&scans()) {
-        writer.scan([scan, 10 * scan, !scan], scan as i64 * 100, runs).unwrap();
+        let poses = [[scan as f64; 7], [f64::NAN; 7]];
+        writer.scan([scan, 10 * scan, !scan], scan as i64 * 100, (&poses, runs)).unwrap();
     }
     writer.finish().unwrap();
 }
@@ -54,6 +55,8 @@ fn what_was_written_comes_back() {
         let returns = &mut back[part.ordinal as usize][*run];
         let expected = (10 * part.ordinal, !part.ordinal, returns.len() as u64);
         assert_eq!((part.scan, part.mark, part.first), expected);
+        let is_posed = part.pose == [part.ordinal as f64; 7];
+        assert!(if *run == 0 { is_posed } else { part.pose.iter().all(|c| c.is_nan()) });
         returns.extend(&part.returns);
     }
     assert_eq!(back, scans());

@@ -10,7 +10,7 @@ pub(super) const RESULT: &str = "/result";
 pub(super) const RETURNS: &str = "/returns";
 /// How their messages are written.
 pub(super) const JSON: &str = "json";
-pub(super) const PLANES: &str = "dmp-returns/1";
+pub(super) const PLANES: &str = "dmp-returns/2";
 /// Size from which a chunk is closed, not packed.
 const CHUNK_BYTES: u64 = 1 << 20;
 
@@ -42,7 +42,7 @@ impl KeptWriter {
     }
 
     /// Writes the next scan: its place among those that could be scored, its number in the log and a mark of its returns; its
-    /// stamp; and of each run as many returns.
+    /// stamp; and of each run its [pose](super::KeptPart::pose), and as many returns.
     ///
     /// # Errors
     /// When the disk is full.
@@ -50,15 +50,15 @@ impl KeptWriter {
         &mut self,
         [ordinal, scan, mark]: [u64; 3],
         stamp_ns: i64,
-        runs: &[Vec<[u8; RETURN_BYTES]>],
+        (poses, runs): (&[[f64; 7]], &[Vec<[u8; RETURN_BYTES]>]),
     ) -> Result<(), LogError> {
         let returns = runs.first().map_or(0, Vec::len);
         // A scan without returns has its message, too.
         for first in (0..returns.max(1)).step_by(MOST_RETURNS) {
-            for (topic, of_run) in self.runs.iter().zip(runs) {
+            for ((topic, &pose), of_run) in self.runs.iter().zip(poses).zip(runs) {
                 let of_run = &of_run[first.min(of_run.len())..];
                 let of_part = &of_run[..of_run.len().min(MOST_RETURNS)];
-                part::write(&mut self.message, [ordinal, scan, mark, first as u64], of_part);
+                part::write(&mut self.message, ([ordinal, scan, mark, first as u64], pose), of_part);
                 self.file.write(*topic, self.scans, stamp_ns, &self.message)?;
             }
         }

@@ -3,9 +3,9 @@
 use std::collections::HashMap;
 
 use dmp_map::{Lattice, TileId};
-use dmp_reduce::{Basis, Comparison, FrameSet, Layout, Promise, Reducer, RunSums, Verdict};
+use dmp_reduce::{Basis, Comparison, Confidence, FrameSet, Layout, Reducer, RunSums, Verdict};
 use dmp_report::PlacesReport;
-use dmp_runs::{EvaluateError, Stage};
+use dmp_runs::{EvaluateError, Stage, apart_of};
 use dmp_sensor::ReturnCounts;
 
 use super::casters::{RunCaster, SharedTiles, bases};
@@ -31,8 +31,8 @@ pub(crate) struct Scored {
     pub(crate) scan_of_unit: Vec<usize>,
     /// Number of frames scored at each look for a decision; with a decision requested, the last is the total.
     pub(crate) looks: Vec<u64>,
-    /// The promise of the last look's verdicts.
-    pub(crate) promise: Promise,
+    /// How sure the verdicts of the last look are together.
+    pub(crate) confidence: Confidence,
     pub(crate) counts: ReturnCounts,
     /// Scans of a log without checksums that are unlike the others.
     pub(crate) odd_scans: Vec<OddScans>,
@@ -246,7 +246,7 @@ impl<M> Evaluation<'_, M> {
     pub(super) fn scored(&self, sums: Sums) -> Result<Scored, EvaluateError> {
         let Sums { reducer, counts, tiles, shapes, marks } = sums;
         let (odd_scans, copied_scans) = (self.odd_scans(shapes), self.copied_scans(marks));
-        let promise = self.promise(&reducer);
+        let confidence = self.confidence(&reducer);
         let frames = reducer.frames_added();
         Ok(Scored {
             reducer,
@@ -254,7 +254,7 @@ impl<M> Evaluation<'_, M> {
             places: None,
             scan_of_unit: self.plan.frames().iter().map(|frame| frame.number).collect(),
             looks: self.plan.looks.sizes().iter().copied().filter(|&size| size <= frames).collect(),
-            promise,
+            confidence,
             counts,
             odd_scans,
             copied_scans,
@@ -266,10 +266,9 @@ impl<M> Evaluation<'_, M> {
         })
     }
 
-    /// The promise of verdicts on a reducer's frames: the looks share the error rate.
-    fn promise(&self, reducer: &Reducer) -> Promise {
-        let confidence = self.plan.looks.confidence(reducer.frames_added(), self.settings.confidence);
-        Promise { confidence, ..self.settings.promise() }
+    /// How sure verdicts on a reducer's frames are together: the looks share the error rate.
+    fn confidence(&self, reducer: &Reducer) -> Confidence {
+        self.plan.looks.confidence(reducer.frames_added(), self.settings.confidence)
     }
 
     /// Whether everything requested is decided; false if nothing was.
@@ -280,12 +279,14 @@ impl<M> Evaluation<'_, M> {
             let is_that = |(a, b): &(String, String)| (a == one && b == other) || (b == one && a == other);
             decide.pair.as_ref().is_none_or(is_that)
         };
-        let comparisons = reducer.comparisons(self.promise(reducer));
-        comparisons
-            .pairs
-            .iter()
-            .filter(|pair| matters(pair))
-            .all(|pair| !matches!(pair.verdict, Verdict::Undecided { .. }))
+        let ruler = self.plan.ruler(self.log.summary(), &self.settings);
+        let is_same = |pair: &Comparison| {
+            let apart = apart_of(self.plan.frames(), [pair.a, pair.b].map(|run| &self.runs[run]), &ruler);
+            self.settings.are_same(pair.basis, apart.as_ref())
+        };
+        let is_open = |pair: &Comparison| matches!(pair.verdict, Verdict::Undecided { .. });
+        let comparisons = reducer.comparisons(self.confidence(reducer));
+        !comparisons.pairs.iter().any(|pair| matters(pair) && is_open(pair) && !is_same(pair))
     }
 
     /// The scans unlike the others, if all were scored.

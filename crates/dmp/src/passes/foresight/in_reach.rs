@@ -38,7 +38,7 @@ impl Evaluation<'_, Option<Store>> {
 
     /// Approximate peak bytes of tiles in the sensor's reach, ready for casting, over all runs.
     fn bytes_in_reach(&self, sounding: &Sounding) -> Result<f64, EvaluateError> {
-        let edge_m = Lattice::new(self.plan.voxel.voxel_m)?.tile_edge_m();
+        let edge_m = Lattice::new(self.plan.surveyed.voxel_m)?.tile_edge_m();
         let mut fused = sounding.runs.iter();
         let mut maps = Vec::new();
         for run in &self.runs {

@@ -74,7 +74,7 @@ impl<M: Sync + Send> Evaluation<'_, M> {
         if fused == 0 {
             return Ok(Sounding { runs: Vec::new() });
         }
-        let lattice = Lattice::new(self.plan.voxel.voxel_m)?;
+        let lattice = Lattice::new(self.plan.surveyed.voxel_m)?;
         let frames = self.plan.frames();
         let one_of = (frames.len() / LEAST_SCANS).clamp(1, ONE_OF);
         let looked_at = frames.iter().step_by(one_of);

@@ -73,7 +73,7 @@ impl<'a> Evaluation<'a, Option<Store>> {
 
 impl<M> Evaluation<'_, M> {
     pub(crate) fn lattice(&self) -> Result<Lattice, EvaluateError> {
-        Ok(Lattice::new(self.plan.voxel.voxel_m)?)
+        Ok(Lattice::new(self.plan.surveyed.voxel_m)?)
     }
 
     /// Memory for each map that is fused from the scans.

@@ -6,13 +6,14 @@ use std::path::{Path, PathBuf};
 use anyhow::Context as _;
 use dmp::{Basis, EvaluateError, KeptReturn, MapSource, Report, Run, Scales, ScoredReturns};
 use dmp_log::KeptWriter;
+use dmp_sensor::seven;
 
 use super::residuals::{Buffers, mixed};
 use super::spool::Spool;
 use crate::console::Usage;
 
 /// In front of the returns, run by run: the scan's place among those that could be scored, its number, its stamp, how many returns
-/// follow, and what they add to the scan's mark.
+/// follow, and what they add to the scan's mark; then the poses.
 const HEAD_BYTES: usize = 5 * 8;
 
 /// A result that is to be kept.
@@ -64,6 +65,10 @@ impl Keep {
             let head = [ordinal, scan, stamp_ns.cast_unsigned(), returns, mark_of(scored)];
             piece.extend_from_slice(head.map(u64::to_le_bytes).as_flattened());
             for run in scored.runs {
+                let pose = run.as_ref().map_or([f64::NAN; 7], |run| seven(&run.own_from_sensor));
+                piece.extend_from_slice(pose.map(f64::to_le_bytes).as_flattened());
+            }
+            for run in scored.runs {
                 let kept = |index: usize| {
                     let run = run.as_ref().filter(|run| run.is_posed[index]);
                     let kept = run.map(|run| KeptReturn::of(&run.residuals[index], self.basis, self.scales));
@@ -85,17 +90,17 @@ impl Keep {
         let names: Vec<&str> = report.runs.iter().map(|run| run.name.as_str()).collect();
         let mut writer = KeptWriter::create(&self.path, &serde_json::to_vec(report)?, &names)?;
         let mut scan: Vec<Vec<[u8; KeptReturn::BYTES]>> = vec![Vec::new(); names.len()];
-        let mut mark = 0_u64;
+        let (mut mark, runs) = (0_u64, names.len());
         self.spool.sorted().each(|piece, is_last| {
             go_on()?;
-            let ([ordinal, number, stamp_ns, of_piece], returns) =
-                taken_apart(piece).context("what was kept is not what is read back")?;
+            let ([ordinal, number, stamp_ns, of_piece], poses, returns) =
+                taken_apart(piece, runs).context("what was kept is not what is read back")?;
             mark = mark.wrapping_add(of_piece);
             for (of_run, bytes) in scan.iter_mut().zip(returns) {
                 of_run.extend(bytes);
             }
             if is_last {
-                writer.scan([ordinal, number, mark], stamp_ns.cast_signed(), &scan)?;
+                writer.scan([ordinal, number, mark], stamp_ns.cast_signed(), (&poses, &scan))?;
                 mark = 0;
                 scan.iter_mut().for_each(Vec::clear);
                 step();
@@ -107,16 +112,23 @@ impl Keep {
     }
 }
 
-/// The scan's place, number and stamp, what the piece adds to its mark, and the returns of each run.
-fn taken_apart(piece: &[u8]) -> Option<([u64; 4], impl Iterator<Item = &[[u8; KeptReturn::BYTES]]>)> {
+/// The scan's place, number and stamp, what the piece adds to its mark; the poses; and the returns of each run.
+type Piece<'a, I> = ([u64; 4], Vec<[f64; 7]>, I);
+
+fn taken_apart(
+    piece: &[u8],
+    runs: usize,
+) -> Option<Piece<'_, impl Iterator<Item = &[[u8; KeptReturn::BYTES]]>>> {
     let (head, rows) = piece.split_first_chunk::<HEAD_BYTES>()?;
     let mut numbers = [0; 5];
     for (number, bytes) in numbers.iter_mut().zip(head.as_chunks().0) {
         *number = u64::from_le_bytes(*bytes);
     }
     let [ordinal, scan, stamp_ns, returns, mark] = numbers;
+    let (poses, rows) = rows.split_at_checked(runs * 7 * 8)?;
+    let coordinates: Vec<f64> = poses.as_chunks().0.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect();
     let of_runs = rows.as_chunks().0.chunks(usize::try_from(returns).ok()?.max(1));
-    Some(([ordinal, scan, stamp_ns, mark], of_runs))
+    Some(([ordinal, scan, stamp_ns, mark], coordinates.as_chunks().0.to_vec(), of_runs))
 }
 
 /// What tells these returns of a scan from as many others: of their ranges and numbers, which are the same in every run. Parts of a

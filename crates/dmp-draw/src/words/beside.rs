@@ -1,0 +1,48 @@
+//! What a table of runs says of each beside its scores: how far it is from the first, and how near it comes back.
+
+use dmp_report::Report;
+use dmp_revisit::apart::short_length;
+use dmp_revisit::drift::RunDrift;
+
+use crate::text::NONE;
+
+/// A column of the table that is no score.
+#[derive(Debug)]
+pub struct BesideColumn {
+    /// Its name: one or two words.
+    pub name: &'static str,
+    /// What it is, in a sentence.
+    pub meaning: &'static str,
+    /// What stands in it, run by run in their order.
+    pub cells: Vec<String>,
+}
+
+/// The columns that there are numbers for.
+pub fn beside(report: &Report) -> Vec<BesideColumn> {
+    let mut columns = Vec::new();
+    let first = report.order.first().map_or("", String::as_str);
+    let apart = |name: &String| {
+        let apart = report.pair(first, name).and_then(|pair| pair.apart);
+        apart.map_or_else(|| NONE.to_owned(), |apart| short_length(apart.worst().0))
+    };
+    if report.pairs.iter().any(|pair| pair.apart.is_some()) {
+        let cells = report.order.iter().map(apart).collect();
+        let meaning = "how far it puts points from where the first does, at worst";
+        columns.push(BesideColumn { name: "apart", meaning, cells });
+    }
+    if let Some(drift) = report.drift.as_ref().filter(|drift| drift.is_measured()) {
+        let of = |name: &String| drift.runs.iter().find(|run| run.name == *name);
+        let cells = report.order.iter().map(|name| of(name).map_or(NONE.to_owned(), back)).collect();
+        let meaning = "how far it is off where it comes back to a place (median)";
+        columns.push(BesideColumn { name: "revisit error", meaning, cells });
+    }
+    columns
+}
+
+fn back(run: &RunDrift) -> String {
+    match run.median_m.value {
+        _ if run.pairs_lost > 0 => format!("lost {} of {}", run.pairs_lost, run.pairs_measured),
+        Some(median_m) => short_length(median_m),
+        None => NONE.to_owned(),
+    }
+}
