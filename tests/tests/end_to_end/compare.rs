@@ -160,7 +160,7 @@ fn files_that_are_no_results_are_named() {
     let words = ["old.json: missing field `runs[0].r_near_interval_m2`", "score again"];
     refused(folder, "compare a.json old.json", 1, &words);
     for (pointer, value, words) in [
-        ("/schema", json!("dmp-score/3"), "changed.json: schema `dmp-score/3`"),
+        ("/schema", json!("dmp-score/2"), "changed.json: schema `dmp-score/2`"),
         ("/order", json!(["x"]), "changed.json: order[0] names `x`"),
     ] {
         changed(folder, &json, pointer, value);

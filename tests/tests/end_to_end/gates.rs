@@ -35,11 +35,11 @@ fn every_failed_gate_is_a_line_and_the_exit_code_is_4() {
     let output = gated(folder.path(), options);
     assert_eq!(output.status.code(), Some(4));
     let expected = [
-        "drift: R_cv 0.5 m is 42.7 cm, above 20.0 cm",
-        "drift: blocked is 39.4 %, above 20.0 %",
+        "drift: R_cv 0.5 m is 42.3 cm, above 20.0 cm",
+        "drift: blocked is 40.2 %, above 20.0 %",
         "drift: worse than truth, at R_cv 10 m",
         "drift: worse than truth, at R_cv 10 m",
-        "drift: revisit is 50.7 %, below 60.0 %",
+        "drift: revisit is 51.9 %, below 60.0 %",
     ];
     let stderr = text(&output.stderr);
     assert_eq!(stderr.lines().count(), expected.len(), "{stderr}");
@@ -48,7 +48,7 @@ fn every_failed_gate_is_a_line_and_the_exit_code_is_4() {
         assert!(line.starts_with(&format!("gate failed: {expected} (")), "{line}");
         has(&table, &[&format!("FAILED {expected}")]);
     }
-    has(&table, &["passed truth: R_cv 0.5 m is 16.0 cm, not above 20.0 cm"]);
+    has(&table, &["passed truth: R_cv 0.5 m is 14.3 cm, not above 20.0 cm"]);
 }
 
 #[test]
@@ -66,7 +66,7 @@ fn the_json_has_every_gate() {
     let root_m = json["runs"][1]["r_cv_m2"]["10"].as_f64().unwrap().sqrt();
     let expected = serde_json::json!({
         "run": "drift", "against": null, "score": "R_cv_10", "value": root_m, "limit": 3.0, "unit": "m", "passed": false,
-        "reason": "R_cv 10 m is 3.51 m, above 3.00 m",
+        "reason": "R_cv 10 m is 3.52 m, above 3.00 m",
     });
     assert_eq!(without_name(json["gates"][1].clone()), expected);
     let expected = serde_json::json!({
@@ -116,7 +116,7 @@ fn ci_servers_read_annotations_and_junit() {
     let output = dmp_command(folder.path(), gates).env("GITHUB_ACTIONS", "true").output().unwrap();
     assert_eq!(output.status.code(), Some(4));
     let expected = [
-        "::error title=dmp gate failed::drift: blocked is 39.4 %25, above 20.0 %25 (",
+        "::error title=dmp gate failed::drift: blocked is 40.2 %25, above 20.0 %25 (",
         "::error title=dmp gate failed::drift: worse than truth, at R_cv 10 m (",
     ];
     let stderr = text(&output.stderr);
@@ -128,7 +128,7 @@ fn ci_servers_read_annotations_and_junit() {
             "<testsuites tests=\"3\" failures=\"2\" errors=\"0\" skipped=\"0\" time=\"",
             "<testcase classname=\"truth\" name=\"",
             "<testcase classname=\"drift\" name=\"",
-            "<failure type=\"gate\" message=\"blocked is 39.4 %, above 20.0 %\"/>",
+            "<failure type=\"gate\" message=\"blocked is 40.2 %, above 20.0 %\"/>",
             "<failure type=\"gate\" message=\"worse than truth, at R_cv 10 m\"/>",
         ],
     );

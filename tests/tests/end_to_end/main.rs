@@ -19,6 +19,7 @@ mod budget;
 mod command;
 mod common;
 mod compare;
+mod contradictions;
 mod conventions;
 mod counts;
 mod determinism;

@@ -6,9 +6,10 @@ use dmp_log::LogOutline;
 use super::log_input::LogInput;
 use super::runs::OpenedRuns;
 use crate::console::{Common, Progress, option_of, say};
-use crate::options::{Asked, input};
+use crate::options::{Asked, input, output};
 
-/// The runs to be scored, and what was found of all that were given; `None` where nothing is checked.
+/// The runs to be scored, and what was found of all that were given; `None` where nothing is checked. It is told at once, unless a
+/// report will say it.
 pub(crate) fn checked(
     opened: OpenedRuns,
     log: &LogInput,
@@ -21,7 +22,7 @@ pub(crate) fn checked(
     }
     let mend = asked.has(&input::MEND);
     let (opened, vetted) = with_log(opened, log, mend, config, common)?;
-    tell(&vetted, common);
+    tell(&vetted, asked, common);
     Ok((opened, Some(vetted)))
 }
 
@@ -56,7 +57,7 @@ pub(crate) fn checked_outline(
     let (opened, vetted) = check(opened, (log, mend), LogInput::outline, |log, runs| {
         vet_outline(log, runs, config, mend, &Progress::new(common))
     })?;
-    tell(&vetted, common);
+    tell(&vetted, asked, common);
     Ok((opened, Some(vetted)))
 }
 
@@ -97,8 +98,9 @@ fn check<L, E>(
     Ok((OpenedRuns { log, runs, damaged }, vetted))
 }
 
-fn tell(vetted: &Vetted, common: &Common) {
-    if !common.quiet {
+fn tell(vetted: &Vetted, asked: &Asked, common: &Common) {
+    let has_report = asked.spec().name == "score" && !asked.has(&output::JSON);
+    if !common.quiet && !has_report {
         vetted.messages_with(&option_of).iter().for_each(|message| say!(common.host, "note: {message}"));
     }
 }

@@ -17,7 +17,7 @@ use dmp_report::Report;
 
 use crate::pictures::{Pictures, histogram, metre_decimals, profile};
 use crate::plot::escape;
-use crate::text::count;
+use crate::text::{count, counted};
 use explore::SCRIPT;
 use html::{Document, figure, keys, list, paragraph, section, wide};
 use on_map::{cloud, drift, maps, places, trajectories};
@@ -53,19 +53,18 @@ pub fn page(input: &PageInput<'_>) -> Result<String, png::EncodingError> {
         [only] => format!("Map quality of {only} on {name}"),
         _ => format!("Which map of {name} is best?"),
     };
+    // Who is best, how the runs compare and where: the first screen. What is behind that comes after.
     let mut main = verdict(input);
     main.push_str(&warnings(report));
-    main.push_str(&section("ranking", "Ranking", &ranking::ranking(report)));
-    main.push_str(&section("drift", "Drift at revisits", &drift::drift(report, input.pictures)));
     match input.pictures {
-        Some(pictures) => {
-            if let Some(reference) = input.reference {
-                let body = reference::reference(report, pictures, reference);
-                main.push_str(&section("reference", "The reference", &body));
-            }
-            main.push_str(&where_and_when(report, pictures)?);
-        }
+        Some(pictures) => main.push_str(&where_and_when(report, pictures)?),
         None => main.push_str(&section("where", "Where", &paragraph(without_pictures(report)))),
+    }
+    main.push_str(&pairs(input));
+    main.push_str(&section("drift", "Drift at revisits", &drift::drift(report, input.pictures)));
+    if let (Some(pictures), Some(reference)) = (input.pictures, input.reference) {
+        let body = reference::reference(report, pictures, reference);
+        main.push_str(&section("reference", "The reference", &body));
     }
     main.push_str(&section("inputs", "Inputs and settings", &inputs::inputs(report)));
     let scripts =
@@ -106,22 +105,38 @@ fn extent(report: &Report) -> String {
     )
 }
 
+/// The sentence and the table.
 fn verdict(input: &PageInput<'_>) -> String {
+    let answer = crate::words::answer(input.report, words::strong);
+    section(
+        "verdict",
+        "Verdict",
+        &format!("<p class=\"answer\">{answer}</p>\n{}", ranking::ranking(input.report)),
+    )
+}
+
+/// The pairs in words, and what failed.
+fn pairs(input: &PageInput<'_>) -> String {
     let said = words::pairs(input.report);
     let remarks = input.remarks.iter().map(|remark| escape(remark));
     let list = list("<ul class=\"said\">", said.into_iter().chain(remarks));
     let lengths = words::lengths(input.report).map(paragraph).unwrap_or_default();
     let promise = crate::words::promise(input.report).as_deref().map(paragraph).unwrap_or_default();
-    let body = format!(
-        "<p class=\"answer\">{}</p>\n{list}{lengths}{promise}",
-        crate::words::answer(input.report, words::strong)
-    );
-    section("verdict", "Verdict", &body)
+    section("pairs", "Pairs", &[list, lengths, promise].concat())
 }
 
+/// Warnings, folded to their number.
 fn warnings(report: &Report) -> String {
-    let list = list("<ul>", crate::words::warnings(report).iter().map(|warning| escape(warning)));
-    section("warnings", "Warnings", &list).replacen("<section", "<section class=\"warnings\"", 1)
+    let warnings = crate::words::warnings(report);
+    if warnings.is_empty() {
+        return String::new();
+    }
+    let heading = counted(warnings.len() as u64, "warning");
+    let list = list("<ul>", warnings.iter().map(|warning| escape(warning)));
+    format!(
+        "<section class=\"warnings\" aria-labelledby=\"warnings\">\n<details><summary><h2 id=\"warnings\">{heading}</h2></summary>\n\
+         {list}</details></section>\n"
+    )
 }
 
 fn without_pictures(report: &Report) -> &'static str {

@@ -34,7 +34,11 @@ pub(super) fn ranking(report: &Report) -> String {
     let rows: Vec<Vec<String>> = ranking.rows.iter().enumerate().map(row).collect();
     let mut shown: Vec<&str> = ranking.columns.iter().map(|column| column.column.name).collect();
     shown.extend(beside.iter().map(|column| column.name));
-    table(&caption, &heads, &rows) + &terms(legend(report, &shown, false))
+    let meanings = terms(legend(report, &shown, false));
+    table(&caption, &heads, &rows)
+        + "<details><summary>What the columns mean</summary>\n"
+        + &meanings
+        + "</details>\n"
 }
 
 /// A number stays on the line of its unit.

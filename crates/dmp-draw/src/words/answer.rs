@@ -95,6 +95,8 @@ fn of_leaders(report: &Report, leaders: &[&str], shown: &dyn Fn(&str) -> String)
     let names = listed(leaders.iter().map(|name| shown(name)).collect());
     let said = if are_same {
         format!("{names} are the same{}", apart(report, leaders))
+    } else if pairs().any(|(a, b)| matches!(report.verdict_between(a, b), Some(Verdict::Mixed { .. }))) {
+        format!("{names} share the first rank: none is better everywhere")
     } else {
         format!("{names} share the first rank{}", differing(report, leaders))
     };

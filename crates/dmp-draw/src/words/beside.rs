@@ -30,9 +30,13 @@ pub fn beside(report: &Report) -> Vec<BesideColumn> {
         let meaning = "how far it puts points from where the first does, at worst";
         columns.push(BesideColumn { name: "apart", meaning, cells });
     }
-    if let Some(drift) = report.drift.as_ref().filter(|drift| drift.is_measured()) {
+    if let Some(drift) = &report.drift {
         let of = |name: &String| drift.runs.iter().find(|run| run.name == *name);
-        let cells = report.order.iter().map(|name| of(name).map_or(NONE.to_owned(), back)).collect();
+        let cells: Vec<String> =
+            report.order.iter().map(|name| of(name).map_or(NONE.to_owned(), back)).collect();
+        if cells.iter().all(|cell| cell == NONE) {
+            return columns;
+        }
         let meaning = "how far it is off where it comes back to a place (median)";
         columns.push(BesideColumn { name: "revisit error", meaning, cells });
     }

@@ -4,7 +4,8 @@ use std::collections::HashMap;
 
 use dmp_sensor::Isometry3;
 
-use super::{Distances, OnWay, Ruler, Spread, place_of};
+use super::spread::{Distances, Spread};
+use super::way::{OnWay, Ruler, place_of};
 
 /// Scans of different visits are compared where a run has them this near, metres.
 const NEAR_M: f64 = 5.0;

@@ -20,10 +20,10 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Moments {
-    /// Means of x, y and z, metres.
-    pub mean_m: [f32; 3],
-    /// Means of xx, yy, zz, xy, xz and yz, square metres.
-    pub mean_m2: [f32; 6],
+    /// Means of x, y and z, metres, to a millimetre: as few digits come back from JSON to the same bits.
+    pub mean_m: [f64; 3],
+    /// Means of xx, yy, zz, xy, xz and yz, square metres, to as many digits.
+    pub mean_m2: [f64; 6],
 }
 
 /// Sums of returns.
@@ -43,8 +43,8 @@ impl Moments {
     /// The root mean square of how far a motion moves the returns, metres: with the motion p ↦ R p + t and D = R − 1,
     /// E|D p + t|² = tr(D E\[p pᵀ\] Dᵀ) + 2 t · D E\[p\] + |t|². Without returns it is |t|.
     pub fn moved_by_m(&self, motion: &Isometry3<f64>) -> f64 {
-        let mean = Vector3::from(self.mean_m.map(f64::from));
-        let [xx, yy, zz, xy, xz, yz] = self.mean_m2.map(f64::from);
+        let mean = Vector3::from(self.mean_m);
+        let [xx, yy, zz, xy, xz, yz] = self.mean_m2;
         let second = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
         let turn = motion.rotation.to_rotation_matrix().into_inner() - Matrix3::identity();
         let shift = motion.translation.vector;
@@ -78,8 +78,12 @@ impl MomentSums {
     pub fn moments(&self) -> Moments {
         let count = self.returns.max(1) as f64;
         Moments {
-            mean_m: self.sums_m.map(|sum| (sum / count) as f32),
-            mean_m2: self.sums_m2.map(|sum| (sum / count) as f32),
+            mean_m: self.sums_m.map(|sum| rounded(sum / count)),
+            mean_m2: self.sums_m2.map(|sum| rounded(sum / count)),
         }
     }
+}
+
+fn rounded(mean: f64) -> f64 {
+    (1e3 * mean).round() / 1e3
 }

@@ -1,5 +1,7 @@
 use dmp_sensor::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
+use dmp_sensor::along_m;
+
 use super::*;
 
 const RULER: f64 = 66.0;
@@ -184,7 +186,8 @@ fn scale_bending_and_steps_are_never_the_same() {
         .map(|(k, p)| Translation3::new(if k >= 250 { 0.05 } else { 0.0 }, 0.0, 0.0) * p)
         .collect();
     let found = apart(&truth, &step);
-    assert!((240..=250).contains(&found.within.worst_scans[0]), "{found:?}");
+    let [first, last] = found.within.worst_scans;
+    assert!(first <= 250 && last >= 250 && last - first < 40, "{found:?}");
     assert!(found.within.median_m < 1e-9 && (found.within.worst_m - 0.05).abs() < 1e-6, "{found:?}");
 }
 
@@ -203,9 +206,9 @@ fn a_camera_that_looks_elsewhere_saw_no_other_visit() {
     let back: Vec<Isometry3<f64>> = truth
         .iter()
         .enumerate()
-        .map(|(k, pose)| pose * Isometry3::rotation(Vector3::z() * if k < 200 { 0.0 } else { 3.0 }))
+        .map(|(k, pose)| pose * Isometry3::rotation(Vector3::z() * if k < 190 { 0.0 } else { 3.0 }))
         .collect();
-    let scans = both(&back[..400], &back[..400]);
+    let scans = both(&back[..380], &back[..380]);
     let camera = Ruler { is_camera: true, ..ruler() };
     assert!(Apart::of(&scans, 0, &camera).unwrap().between.is_none());
     assert!(Apart::of(&scans, 0, &ruler()).unwrap().between.is_some());

@@ -1,6 +1,7 @@
 //! How far apart two runs are within a visit.
 
-use super::{Distances, OnWay, PLACE_M, Ruler, Spread, place_of};
+use super::spread::{Distances, Spread};
+use super::way::{OnWay, PLACE_M, Ruler, place_of};
 
 /// Every scan against those 1, 2, 4, … scans later, up to 20 m of travel.
 pub(super) fn spread(scans: &[OnWay<'_>], ruler: &Ruler) -> Option<Spread> {

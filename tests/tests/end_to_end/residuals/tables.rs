@@ -80,7 +80,9 @@ fn a_map_that_was_given_predicts_by_its_nearest_surfel() {
         rows.iter().all(|row| same(row) || row.signed_residual_m.is_nan() && row.nearest_residual_m.is_nan())
     );
     assert!(rows.iter().any(|row| row.signed_residual_m.abs() < 0.1));
-    assert_eq!(rows.len() as u64, report["runs"][0]["returns"].as_u64().unwrap());
+    let [scored, left_out] =
+        ["returns", "returns_left_out"].map(|name| report["runs"][0][name].as_u64().unwrap());
+    assert_eq!(rows.len() as u64, scored + left_out);
     let frames = table(&path.join("frames.csv"));
     assert!(frames.iter().all(|row| row["r_cv_10_m2"].is_empty() && row["coverage"].is_empty()));
     assert!(frames.iter().all(|row| row["r_near_2_m2"].parse::<f64>().is_ok()));

@@ -57,7 +57,14 @@ impl Counts {
         };
         for (number, (level, at_level)) in LEVELS.iter().zip(&mut counts.levels).enumerate() {
             let confidence = Confidence::new(*level).unwrap_or(Confidence::P99);
-            let pairs = reducer.comparisons(confidence).pairs;
+            // What is the same follows from the poses, at any confidence.
+            let name = |run: usize| set.runs[run].0.as_str();
+            let is_same = |pair: &Comparison| {
+                report.verdict_between(name(pair.a), name(pair.b)) == Some(&dmp::Verdict::Same)
+            };
+            let pairs = reducer.comparisons(confidence).pairs.into_iter();
+            let pairs: Vec<Comparison> =
+                pairs.map(|pair| if is_same(&pair) { pair.of_same() } else { pair }).collect();
             let judged =
                 |pair: &&Comparison| set.kind != SetKind::Ladder || better(set, pair.a, pair.b).is_some();
             let judged: Vec<&Comparison> = pairs.iter().filter(judged).collect();
@@ -106,7 +113,7 @@ impl AtLevel {
             Verdict::Better { which, .. } if better == Some(which) => self.right += 1,
             Verdict::Better { .. } => self.wrong += 1,
             Verdict::Mixed { .. } => self.mixed += 1,
-            Verdict::Same { .. } => self.same += 1,
+            Verdict::Same => self.same += 1,
             Verdict::Undecided { .. } => self.undecided += 1,
         }
     }

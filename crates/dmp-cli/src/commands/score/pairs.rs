@@ -39,9 +39,9 @@ fn of_first(report: &Report) -> impl Iterator<Item = OrderedPair<'_>> {
 fn remark(report: &Report, shown: &OrderedPair<'_>) -> Option<String> {
     let pair = shown.pair;
     match pair.verdict {
-        Verdict::Better { .. } => None,
+        Verdict::Better { .. } | Verdict::Same => None,
         Verdict::Undecided => Some(format!("{}{}", pair.reason, sampling::more_needed(report, pair))),
-        Verdict::Mixed { .. } | Verdict::Same => Some(pair.reason.clone()),
+        Verdict::Mixed { .. } => Some(pair.reason.clone()),
     }
 }
 
@@ -78,7 +78,7 @@ pub(super) fn all(out: &mut impl Write, report: &Report, terminal: Terminal) -> 
                 let (basis, reach) = (shown.pair.basis, reach(*scale_m, scales));
                 format!("better, decided at {basis} {scale_m} m: {reach}{remark}")
             }
-            _ => remark(report, shown).unwrap_or_default(),
+            _ => remark(report, shown).unwrap_or_else(|| shown.pair.reason.clone()),
         };
         terminal.tell(out, "", &format!("{} against {}: {verdict}", shown.first, shown.second))?;
         lines.by_ref().take(shown.pair.scales.len()).try_for_each(|line| writeln!(out, "{line}"))?;
