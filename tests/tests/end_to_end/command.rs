@@ -52,9 +52,9 @@ fn the_json_is_documented_and_is_read_back_as_the_report() {
         assert_eq!(*value, json[field], "{field}");
     }
     assert_eq!((&json["schema"], &json["left_out"]), (&"dmp-score/3".into(), &serde_json::json!([])));
-    assert_eq!(report.order, ["truth", "noise", "drift", "collapsed"]);
+    assert_eq!(report.order, ["truth", "noise", "collapsed", "drift"]);
     assert_eq!((report.pairs.len(), report.runs.len()), (6, 4));
-    assert_eq!(report.ties, [["drift", "collapsed"]]);
+    assert_eq!(report.ties, [["collapsed", "drift"]]);
     for pair in &report.pairs {
         let Some(better) = pair.verdict.better() else { continue };
         let decided =

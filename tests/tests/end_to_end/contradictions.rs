@@ -154,7 +154,7 @@ fn no_report_contradicts_itself() {
         format!("{town} -t @/truth.tum -t half.tum"),
         format!("{town} -t @/truth.tum -t @/noise.tum --same-within 1m"),
         format!("{town} -t @/drift.tum -t @/collapsed.tum"),
-        format!("{town} -t @/truth.tum -t @/drift.tum --quick 20%"),
+        format!("{town} -t @/truth.tum -t @/drift.tum --quick=20%"),
         format!("{town} -t @/truth.tum -t @/drift.tum --sample 30"),
         format!("{town} -t @/truth.tum -t @/drift.tum --drift=none"),
     ] {

@@ -90,7 +90,7 @@ fn pages(folder: &Path) -> Vec<Shown> {
         named: &[
             ("heading", "Which map of town.mcap is best?"),
             ("region", "Verdict"),
-            ("region", "Ranking"),
+            ("region", "Pairs"),
             ("rowheader", "collapsed"),
             ("region", "Drift "),
             ("navigation", "Contents"),

@@ -87,3 +87,23 @@ fn what_no_room_can_be_is_refused() {
     std::fs::create_dir(folder.path().join("there")).unwrap();
     refused(folder.path(), "simulate room -o there --size 16x12", 2, &["there", "not overwritten"]);
 }
+
+#[test]
+fn guessed_units_of_depth_that_do_not_fit_the_poses_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    for (units, is_right) in [(1000, false), (5000, true)] {
+        let room = format!("room{units}");
+        done(path, &format!("simulate room -o {room} --frames 24 --rate 10 --depth-scale {units} --quiet"));
+        std::fs::remove_file(path.join(&room).join("camera.json")).unwrap();
+        let score = format!(
+            "score {room} -t {room}/estimates/good.txt -t {room}/estimates/odometry.txt --voxel 0.05"
+        );
+        if is_right {
+            done(path, &format!("{score} --quiet"));
+        } else {
+            let words = ["5000 units of depth a metre were guessed, and 1000 fit", "`\"depth_scale\": 1000`"];
+            refused(path, &score, 1, &words);
+        }
+    }
+}

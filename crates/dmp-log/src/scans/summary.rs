@@ -116,6 +116,8 @@ pub struct LogSummary {
     pub camera: Option<PinholeCamera>,
     /// Units of depth a metre in such images.
     pub depth_units_per_m: Option<f64>,
+    /// Whether these are only the usual ones of the layout.
+    pub are_depth_units_guessed: bool,
     /// What was guessed or left aside.
     pub notes: Vec<String>,
     /// What is lost.
@@ -150,6 +152,7 @@ impl LogSummary {
             sweep_ns: [0; 2],
             camera: None,
             depth_units_per_m: None,
+            are_depth_units_guessed: false,
             notes: Vec::new(),
             damage: Vec::new(),
             has_checksums: format.has_checksums(),

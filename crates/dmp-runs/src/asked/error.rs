@@ -4,7 +4,7 @@ use dmp_lengths::thousands;
 use std::path::{Path, PathBuf};
 
 use dmp_disk::DiskError;
-use dmp_log::LogError;
+use dmp_log::{LogError, shown_path};
 use dmp_map::{MapError, Store};
 use dmp_reduce::ReduceError;
 
@@ -155,6 +155,20 @@ pub enum EvaluateError {
         name: String,
         /// The test that it fails.
         why: String,
+    },
+    /// Depth images were read with guessed units, and with others they fit the poses.
+    #[error(
+        "{}: {} units of depth a metre were guessed, and {} fit the poses better: {:.0} % of the returns meet those of nearby \
+         images against {:.0} %. Put `\"depth_scale\": {}` into a camera.json beside the images: docs/guide/depth-cameras.md",
+        shown_path(path), units_per_m[0], units_per_m[1], 100.0 * together[1], 100.0 * together[0], units_per_m[1]
+    )]
+    DepthUnits {
+        /// The folder.
+        path: PathBuf,
+        /// The guessed units, and those that fit.
+        units_per_m: [f64; 2],
+        /// The share of returns that meet with each.
+        together: [f64; 2],
     },
     /// Maps with different voxels cannot be compared.
     #[error("the maps of `{a}` and `{b}` have voxels of {a_m} and {b_m} m: their scores cannot be compared")]

@@ -36,6 +36,11 @@ const REACH_M: f64 = 10.0;
 /// An estimated offset this near to an instant of the scan counts as that instant, nanoseconds.
 const NEAR_NS: i64 = 4_000_000;
 
+/// Whether a share of returns that meet is larger by so much that no correct input gains as much.
+pub(super) fn is_better_share(other: f64, given: f64) -> bool {
+    other > BETTER_BY * given && other > BETTER_BY_SHARE + given
+}
+
 /// The log by which runs are vetted.
 pub(super) struct Look<'a> {
     pub(super) heads: Heads<'a>,
@@ -152,8 +157,7 @@ impl Look<'_> {
             let stands = reading.is_shift && fit.way_m < LEAST_WAY * given.way_m;
             // A share of the few returns at the end of the drive does not count.
             let is_whole = 2 * fit.returns > given.returns;
-            let better =
-                fit.share() > BETTER_BY * given.share() && fit.share() > BETTER_BY_SHARE + given.share();
+            let better = is_better_share(fit.share(), given.share());
             if !stands
                 && is_whole
                 && better
@@ -163,6 +167,11 @@ impl Look<'_> {
             }
         }
         Ok(best)
+    }
+
+    /// The share of returns that meet those of nearby scans; `None` where none can be placed.
+    pub(super) fn share(&self, run: &Run) -> Result<Option<f64>, EvaluateError> {
+        Ok(self.together(run, Order::Own)?.map(|together| together.share()))
     }
 
     fn together(&self, run: &Run, order: Order) -> Result<Option<Together>, EvaluateError> {

@@ -6,6 +6,7 @@
 //! `docs/conventions.md` has the measurements.
 
 mod copies;
+mod depth_units;
 mod found;
 mod look;
 mod mend;
@@ -72,6 +73,7 @@ fn vet_heads(
     check_runs(given, &settings)?;
     let blocks = sample::read(heads, &settings, progress)?;
     let look = Look { heads, settings: &settings, blocks: &blocks };
+    depth_units::check(&look, given)?;
     progress.begin(Stage::Vet, given.len() as u64);
     let at = |run: &Run| {
         let found = if progress.cancelled() { Err(EvaluateError::Cancelled) } else { look.at(run) };

@@ -34,9 +34,6 @@ impl PosesAs {
 
     /// Converts poses from this format; `None` if the result is no trajectory.
     pub fn read(self, trajectory: &Trajectory) -> Option<Trajectory> {
-        let scaled = |pose: &Isometry3<f64>, factor: f64| {
-            Isometry3::from_parts((pose.translation.vector * factor).into(), pose.rotation)
-        };
         let as_meant = |pose: &Isometry3<f64>| match self {
             Self::Inverted => pose.inverse(),
             Self::Wxyz => {
@@ -48,13 +45,30 @@ impl PosesAs {
             Self::Centimetres => scaled(pose, 1e-2),
             Self::Kilometres => scaled(pose, 1e3),
         };
-        let poses = trajectory.poses().iter().map(as_meant);
-        match trajectory.stamps_ns() {
-            Some(stamps) => {
-                Some(Trajectory::stamped(stamps.iter().copied().zip(poses).collect()).ok()?.trajectory)
-            }
-            None => Trajectory::unstamped(poses.collect()).ok(),
+        with_poses(trajectory, as_meant)
+    }
+}
+
+/// A pose of a path that is so much larger.
+fn scaled(pose: &Isometry3<f64>, factor: f64) -> Isometry3<f64> {
+    Isometry3::from_parts((pose.translation.vector * factor).into(), pose.rotation)
+}
+
+/// A trajectory so much larger; `None` if the result is none.
+pub(super) fn enlarged(trajectory: &Trajectory, factor: f64) -> Option<Trajectory> {
+    with_poses(trajectory, |pose| scaled(pose, factor))
+}
+
+fn with_poses(
+    trajectory: &Trajectory,
+    pose: impl Fn(&Isometry3<f64>) -> Isometry3<f64>,
+) -> Option<Trajectory> {
+    let poses = trajectory.poses().iter().map(pose);
+    match trajectory.stamps_ns() {
+        Some(stamps) => {
+            Some(Trajectory::stamped(stamps.iter().copied().zip(poses).collect()).ok()?.trajectory)
         }
+        None => Trajectory::unstamped(poses.collect()).ok(),
     }
 }
 

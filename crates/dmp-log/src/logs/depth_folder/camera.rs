@@ -29,7 +29,7 @@ pub(super) struct CameraFile {
     pub(super) path: PathBuf,
     pub(super) size_px: [u32; 2],
     numbers: CameraNumbers,
-    units_per_m: Option<f64>,
+    pub(super) units_per_m: Option<f64>,
 }
 
 impl CameraFile {

@@ -73,6 +73,7 @@ impl DepthFolder {
             point_bytes: 2,
             camera: Some(camera),
             depth_units_per_m: Some(units_per_m),
+            are_depth_units_guessed: file.as_ref().is_none_or(|file| file.units_per_m.is_none()),
             notes,
             damage,
             fingerprint: fingerprint::of_names(names.iter().map(|(name, length)| (name.as_str(), *length))),
