@@ -120,7 +120,7 @@ pub(super) const ROWS: &[Row] = &[
             }
             let mut newer = whole;
             newer[8] += 1;
-            refused(20, &newer, " | version 3");
+            refused(20, &newer, " | version 4");
         },
         lines: "
             score town.mcap -t truth.tum --map truth.dmpmap => 0 runs/0/map = \"truth.dmpmap\"",
