@@ -283,7 +283,7 @@ mod tests {
             pair.apart = Some(Apart { scans: 99, scans_of_one: 0, within, between });
         }
         let apart =
-            "not the same as größe: up to 2.1 cm apart within a visit, 30 cm between visits (scans 3 to 7)";
+            "not the same as größe: up to 2.1 cm apart along the way, 30 cm between visits (scans 3 to 7)";
         assert_eq!(
             results("same:truth,größe", &report),
             [format!("FAILED truth: {apart} (--expect same:truth,größe)")]

@@ -38,8 +38,14 @@ fn decided(report: &Report, shown: &dyn Fn(&str) -> String) -> String {
     let (first, others) = match report.order.as_slice() {
         [] => return "No run was scored.".to_owned(),
         [only] => {
+            let drift = report.drift.as_ref().and_then(|drift| run_of(drift, only));
+            let error = match drift.and_then(|run| Some((run, run.median_m.value?))) {
+                Some((run, _)) if run.pairs_lost > 0 => format!(", and {}", off(run)),
+                Some((_, median_m)) => format!(", with a revisit error of {}", short_length(median_m)),
+                None => String::new(),
+            };
             return format!(
-                "{} was scored alone. Score another run of this log beside it to rank them.",
+                "{} was scored alone{error}. Score another run of this log beside it to rank them.",
                 shown(only)
             );
         }
@@ -123,8 +129,13 @@ fn most_apart(report: &Report, names: &[&str]) -> Option<(f64, bool)> {
 }
 
 fn apart(report: &Report, names: &[&str]) -> String {
-    most_apart(report, names).map_or_else(String::new, |(worst_m, _)| {
-        format!(": nowhere more than {} apart", short_length(worst_m))
+    let limit_m = report.promise.same_within_m;
+    most_apart(report, names).map_or_else(String::new, |(worst_m, is_between)| {
+        let limit = short_length(if is_between { 2.0 * limit_m } else { limit_m });
+        match short_length(worst_m).as_str() {
+            "0 cm" => ": nowhere apart".to_owned(),
+            worst => format!(": nowhere more than {worst} apart, where {limit} count as the same"),
+        }
     })
 }
 
@@ -166,24 +177,24 @@ fn revisits(report: &Report, shown: &dyn Fn(&str) -> String) -> Option<Revisits>
     let among = decided.iter().find(|(better, _, w)| is_leader(better) && is_leader(&w.name));
     let for_it = decided.iter().find(|(better, _, w)| is_leader(better) && !is_leader(&w.name));
     let said = |(better, median_m, worse): &(&str, f64, &RunDrift)| {
-        let back = format!("comes back within {}", short_length(*median_m));
-        format!("{} {back}, {} {}", shown(better), shown(&worse.name), off(worse))
+        let [better, worse_name] = [better, worse.name.as_str()].map(shown);
+        format!("{better} has a revisit error of {}, {worse_name} {}", short_length(*median_m), off(worse))
     };
     match (against, among, for_it) {
         (Some(against), ..) => Some(Revisits::Sentence(format!("But {}.", said(against)))),
         (None, Some(among), _) => Some(Revisits::Sentence(format!("{}.", said(among)))),
         (None, None, Some((_, median_m, worse))) if is_best => Some(Revisits::OfFirst(format!(
-            "it comes back within {}, {} {}.",
+            "revisit error {}, {} {}.",
             short_length(*median_m),
             shown(&worse.name),
-            off(worse)
+            off(worse).trim_start_matches("one of ")
         ))),
         (None, None, Some(for_it)) => Some(Revisits::Sentence(format!("{}.", said(for_it)))),
         (None, None, None) => {
             let run = leaders.first().and_then(|first| run_of(drift, first));
             let run = run.filter(|run| is_best && run.pairs_lost == 0)?;
             let within = short_length(run.median_m.value?);
-            Some(Revisits::OfFirst(format!("it comes back within {within}.")))
+            Some(Revisits::OfFirst(format!("revisit error {within}.")))
         }
     }
 }
@@ -192,11 +203,11 @@ fn run_of<'d>(drift: &'d DriftReport, name: &str) -> Option<&'d RunDrift> {
     drift.runs.iter().find(|run| run.name == name)
 }
 
-/// How far a run is off at revisits: `is off by 15.6 cm`, `is lost at 4 of 14`.
+/// How far a run is off at revisits: `one of 15.6 cm`, `is lost at 4 of 14 visits`.
 fn off(run: &RunDrift) -> String {
     match run.median_m.value {
         _ if run.pairs_lost > 0 => format!("is lost at {} of {} visits", run.pairs_lost, run.pairs_measured),
-        Some(median_m) => format!("is off by {}", short_length(median_m)),
+        Some(median_m) => format!("one of {}", short_length(median_m)),
         None => "has no answer".to_owned(),
     }
 }

@@ -126,6 +126,9 @@ pub fn legend(report: &Report, shown: &[&str], is_brief: bool) -> Vec<(&'static 
     let sure = confidence(report.promise.confidence);
     all.push(("±", format!("how far the score before it may be off, as a sample was scored ({sure} sure)")));
     all.retain(|(term, _)| shown.contains(term));
+    if report.order.len() > report.ranked().filter(|(rank, _)| rank.is_some()).count() {
+        all.insert(0, ("rank", "shared by runs between which nothing is decided".to_owned()));
+    }
     if report.order.iter().any(|run| report.is_doubtful(run)) {
         all.push(("?", "the run may be misread, or that of another log: see the warnings".to_owned()));
     }
@@ -134,7 +137,7 @@ pub fn legend(report: &Report, shown: &[&str], is_brief: bool) -> Vec<(&'static 
 
 fn verdict_in_words(report: &Report, shown: &[&str], is_brief: bool) -> String {
     if is_brief {
-        return "excess of its RMS residual at the coarsest sure truncation".to_owned();
+        return "RMS residual above the first's, on returns that both predict".to_owned();
     }
     let sure = confidence(report.promise.interval_confidence);
     let interval = if shown.contains(&"interval") {

@@ -56,7 +56,7 @@ fn or_none(value: Option<f64>, shown: impl Fn(f64) -> String) -> String {
 pub fn drift_in_words(report: &DriftReport, scales: Scales) -> String {
     if !report.is_measured() {
         return format!(
-            "The {} revisits no place ({} m), so drift cannot be measured.",
+            "The {} revisits no place ({} m travelled), so drift cannot be measured.",
             scales.lengths().recording,
             digits(report.runs.iter().map(|run| run.travel_m).fold(0.0, f64::max)),
         );

@@ -70,19 +70,19 @@ impl Apart {
     }
 }
 
-/// `up to 1.2 cm apart within a visit, 41 cm between visits (scans 120 to 160)`: at the worst place, and which that is.
+/// `up to 1.2 cm apart along the way, 41 cm between visits (scans 120 to 160)`: at the worst place, and which that is.
 impl fmt::Display for Apart {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "up to {} apart within a visit", short_length(self.within.worst_m))?;
-        let mut worst = self.within;
-        if let Some(between) = self.between {
-            write!(f, ", {} between visits", short_length(between.worst_m))?;
-            worst = if between.worst_m > worst.worst_m { between } else { worst };
-        }
-        match worst.worst_scans {
-            [first, last] if first == last => write!(f, " (scan {first})"),
-            [first, last] => write!(f, " (scans {first} to {last})"),
-        }
+        let place = |spread: &Spread| match spread.worst_scans {
+            [first, last] if first == last => format!(" (scan {first})"),
+            [first, last] => format!(" (scans {first} to {last})"),
+        };
+        let (_, is_between) = self.worst();
+        let at = if is_between { String::new() } else { place(&self.within) };
+        write!(f, "up to {} apart along the way{at}", short_length(self.within.worst_m))?;
+        let Some(between) = &self.between else { return Ok(()) };
+        let at = if is_between { place(between) } else { String::new() };
+        write!(f, ", {} between visits{at}", short_length(between.worst_m))
     }
 }
 

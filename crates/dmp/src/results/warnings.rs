@@ -183,7 +183,7 @@ fn of_report<M>(report: &Report, plan: &Plan, runs: &[PosedRun<'_, M>]) -> Vec<S
         warnings.extend(of_places(places, inputs.bytes));
     }
     if frames_total < FRAMES_FEW {
-        warnings.push(format!("few scans ({frames_total}): intervals are wide, if there are any"));
+        warnings.push(format!("few scans ({frames_total}): small differences stay undecided"));
     }
     if report.runs.iter().any(|run| run.coverage.is_none()) {
         warnings.push("a map was given: it may contain the scored returns themselves".to_owned());
@@ -276,7 +276,7 @@ fn contradictions(report: &Report) -> Vec<String> {
         (r_cv(better)? > r_cv(worse)?).then(|| {
             format!(
                 "`{better}` is better than `{worse}` on the returns that both predict, though its R_cv at {scale_m} m over \
-                 all returns is larger: trust the pair"
+                 all returns is larger: the verdict counts"
             )
         })
     };

@@ -23,7 +23,7 @@ pub(super) fn standing(report: &Report, first: &str, name: &str) -> Standing {
     if name == first {
         return match report.best() {
             Some(Best::Run(_)) => alone("best", Some(Tone::Good)),
-            _ => alone(if report.leaders().len() > 1 { "tied" } else { "first" }, None),
+            _ => alone(of_first(report), None),
         };
     }
     let Some(shown) = OrderedPair::of(report, first, name) else {
@@ -39,6 +39,17 @@ pub(super) fn standing(report: &Report, first: &str, name: &str) -> Standing {
         Verdict::Mixed { .. } => decided(&shown, format!("mixed, {word}"), Tone::Open),
         Verdict::Same => alone("the same", None),
         Verdict::Undecided => alone("undecided", Some(Tone::Open)),
+    }
+}
+
+/// How the first run stands to the others of its rank.
+fn of_first(report: &Report) -> &'static str {
+    let leaders = report.leaders();
+    let are_same = |other: &&str| report.verdict_between(leaders[0], other) == Some(&Verdict::Same);
+    match leaders.get(1..) {
+        Some([]) | None => "first",
+        Some(others) if others.iter().all(are_same) => "the same",
+        Some(_) => "undecided",
     }
 }
 
@@ -66,7 +77,7 @@ mod tests {
     #[test]
     fn a_standing_is_a_word_and_a_length() {
         let mut report = example_reports::three_runs();
-        assert_eq!(of(&report, "truth"), "tied");
+        assert_eq!(of(&report, "truth"), "undecided");
         assert_eq!(of(&report, "größe"), "undecided");
         // Mean squares of 1 and 1.254 m²: roots of 1 and 1.12 m.
         assert_eq!(of(&report, "drift"), "worse by 12.0 cm at 10 m");

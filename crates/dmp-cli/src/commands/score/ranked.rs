@@ -87,7 +87,12 @@ impl<'a> Ranked<'a> {
             columns.push(Column { rank: Some(0), ..made });
         }
         for k in 0..ranking.columns.len() {
-            columns.push(Column::of_score(&ranking, k));
+            let mut column = Column::of_score(&ranking, k);
+            // Not two columns of that word where there is no need.
+            if column.name == "revisit" && columns.iter().any(|other| other.name == "revisit error") {
+                column.rank = column.rank.map(|_| u8::MAX);
+            }
+            columns.push(column);
             if k == 0 && report.is_sample() {
                 columns.push(error_of_sample(report, &ranking));
             }

@@ -43,14 +43,15 @@ pub(crate) fn report(
 
 /// What may be compared, and how sure the verdicts are.
 fn what_it_is_good_for(report: &Report, verbose: bool) -> String {
-    let only = "Compare runs of this log and settings only";
+    let only = "Compare within this log and settings only";
+    let is_decided = report.pairs.iter().any(|pair| pair.verdict.ahead().is_some());
     match promise(report) {
         Some(promise) if verbose => format!("{only}. {promise}"),
-        Some(_) => {
+        Some(_) if is_decided => {
             let sure = text::confidence(report.promise.confidence);
-            format!("{only}; all verdicts together are {sure} sure.")
+            format!("{only}; {sure} sure that no \"worse\" is chance.")
         }
-        None => format!("{only}."),
+        _ => format!("{only}."),
     }
 }
 
@@ -171,13 +172,14 @@ truth and größe share the first rank. drift is worse.
    run    verdict                   R_cv   R_cv   R_cv  coverage  revisit
                                     10 m    2 m  0.5 m
                                        m      m     cm         %        %
-1  truth  tied                      1.50  0.400   10.0      81.2     34.5
+1  truth  undecided                 1.50  0.400   10.0      81.2     34.5
 1  größe  undecided                 1.57  0.420   10.5      81.2     34.5
 3  drift  worse by 12.0 cm at 10 m     –      –      –      43.1     34.5
 
-verdict   excess of its RMS residual at the coarsest sure truncation
-R_cv      RMS residual, truncated as headed, to what other parts saw
-coverage  share of returns on surfaces that other parts saw
+rank      shared by runs between which nothing is decided
+verdict   RMS residual above the first's, on returns that both predict
+R_cv      RMS range error, capped as headed, to what other scans saw
+coverage  share of returns on surfaces that other scans saw, too
 revisit   share of returns on surfaces that another visit saw
 
 truth against größe: undecided: no scale shows a difference outside its interval
@@ -189,7 +191,7 @@ compared on common returns
 
 597 of 600 scans, 1,200,000 of 1,234,567 returns; voxel 0.2 m, 29 segments of
 12 m, ranges 1.5 to 100 m
-Compare runs of this log and settings only; all verdicts together are 99 % sure.
+Compare within this log and settings only; 99 % sure that no \"worse\" is chance.
 ";
         assert_eq!(text_of(&example_reports::three_runs(), false), expected);
     }
@@ -306,7 +308,7 @@ Compare runs of this log and settings only; all verdicts together are 99 % sure.
         report.ties = [["run 0", "run 1"], ["run 1", "run 2"]].map(|pair| pair.map(str::to_owned)).to_vec();
         let text = text_of(&report, false);
         assert!(text.starts_with("run 0, run 1 and run 2 share the first rank.\n"), "{text}");
-        assert!(text.contains("\n1  run 0  tied ") && text.contains("\n1  run 2  undecided "), "{text}");
+        assert!(text.contains("\n1  run 0  undecided ") && text.contains("\n1  run 2  undecided "), "{text}");
         assert!(text.contains("\nrun 0 against run 1, run 2: better globally"), "{text}");
     }
 
@@ -316,7 +318,7 @@ Compare runs of this log and settings only; all verdicts together are 99 % sure.
         assert!(text.contains("every scan a\nsegment"), "{text}");
         assert!(!text.contains("R_cv"), "{text}");
         assert!(text.contains("\n2  b    worse by 8.47 cm at 5 m "), "{text}");
-        assert!(text.contains("R_near    RMS residual to the nearest surface"), "{text}");
+        assert!(text.contains("R_near    RMS range error to the nearest surface"), "{text}");
     }
 
     #[test]
