@@ -18,6 +18,8 @@ mod image;
 mod page;
 mod pictures;
 pub mod plot;
+#[cfg(test)]
+mod sample_data;
 pub mod text;
 mod truth;
 mod words;

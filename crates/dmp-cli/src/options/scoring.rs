@@ -65,7 +65,7 @@ pub(crate) static CONFIDENCE: Opt<Confidence> = Opt {
 };
 pub(crate) static SAME_WITHIN: Opt<f64> = Opt {
     sets: Some(|config, length_m| config.same_within_m = Some(length_m)),
-    help: "Two runs are the same where, at every place, they put 95 % of the points no farther apart than this within a visit, \
+    help: "Two runs are the same where, at every place, they put 95 % of the points no farther apart than this along the way, \
            and twice this between visits. Default: 4cm, in a room 4mm",
     ..Opt::text(Verdicts, "same-within", "LENGTH", "3cm", values::length_m)
 };

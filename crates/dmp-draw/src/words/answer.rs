@@ -40,7 +40,7 @@ fn decided(report: &Report, shown: &dyn Fn(&str) -> String) -> String {
         [only] => {
             let drift = report.drift.as_ref().and_then(|drift| run_of(drift, only));
             let error = match drift.and_then(|run| Some((run, run.median_m.value?))) {
-                Some((run, _)) if run.pairs_lost > 0 => format!(", and {}", off(run)),
+                Some((run, _)) if run.pairs_lost > 0 => format!(", and {}", off(run, "")),
                 Some((_, median_m)) => format!(", with a revisit error of {}", short_length(median_m)),
                 None => String::new(),
             };
@@ -178,7 +178,11 @@ fn revisits(report: &Report, shown: &dyn Fn(&str) -> String) -> Option<Revisits>
     let for_it = decided.iter().find(|(better, _, w)| is_leader(better) && !is_leader(&w.name));
     let said = |(better, median_m, worse): &(&str, f64, &RunDrift)| {
         let [better, worse_name] = [better, worse.name.as_str()].map(shown);
-        format!("{better} has a revisit error of {}, {worse_name} {}", short_length(*median_m), off(worse))
+        format!(
+            "{better} has a revisit error of {}, {worse_name} {}",
+            short_length(*median_m),
+            off(worse, "one of ")
+        )
     };
     match (against, among, for_it) {
         (Some(against), ..) => Some(Revisits::Sentence(format!("But {}.", said(against)))),
@@ -187,7 +191,7 @@ fn revisits(report: &Report, shown: &dyn Fn(&str) -> String) -> Option<Revisits>
             "revisit error {}, {} {}.",
             short_length(*median_m),
             shown(&worse.name),
-            off(worse).trim_start_matches("one of ")
+            off(worse, "")
         ))),
         (None, None, Some(for_it)) => Some(Revisits::Sentence(format!("{}.", said(for_it)))),
         (None, None, None) => {
@@ -203,11 +207,11 @@ fn run_of<'d>(drift: &'d DriftReport, name: &str) -> Option<&'d RunDrift> {
     drift.runs.iter().find(|run| run.name == name)
 }
 
-/// How far a run is off at revisits: `one of 15.6 cm`, `is lost at 4 of 14 visits`.
-fn off(run: &RunDrift) -> String {
+/// How far a run is off at revisits, with a word or two before the length: `one of 15.6 cm`, `is lost at 4 of 14 visits`.
+fn off(run: &RunDrift, before: &str) -> String {
     match run.median_m.value {
         _ if run.pairs_lost > 0 => format!("is lost at {} of {} visits", run.pairs_lost, run.pairs_measured),
-        Some(median_m) => format!("one of {}", short_length(median_m)),
+        Some(median_m) => format!("{before}{}", short_length(median_m)),
         None => "has no answer".to_owned(),
     }
 }
@@ -229,6 +233,7 @@ fn listed(mut names: Vec<String>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sample_data::sample;
 
     #[test]
     fn many_names_are_counted() {
@@ -236,5 +241,56 @@ mod tests {
         assert_eq!(listed(names(1)), "r0");
         assert_eq!(listed(names(5)), "r0, r1, r2, r3 and r4");
         assert_eq!(listed(names(12)), "r0, r1, r2, r3 and 8 more");
+    }
+
+    fn said(report: &Report) -> String {
+        answer(report, str::to_owned)
+    }
+
+    #[test]
+    fn scores_and_drift_are_both_said_and_neither_overrules() {
+        let mut report = sample();
+        assert_eq!(
+            said(&report),
+            "truth is best: better than noise, collapsed and drift; revisit error 0.4 cm."
+        );
+        let drift = report.drift.as_mut().unwrap();
+        let of = |drift: &mut DriftReport, a: &str, b: &str, better: &str| {
+            let pair = drift.comparisons.iter_mut().find(|pair| pair.a == a && pair.b == b).unwrap();
+            pair.better = Some(better.to_owned());
+        };
+        of(drift, "truth", "drift", "truth");
+        assert!(said(&report).ends_with("; revisit error 0.4 cm, drift 1.0 m."), "{}", said(&report));
+        report.drift.as_mut().unwrap().runs[1].pairs_lost = 2;
+        assert!(
+            said(&report).contains("; revisit error 0.4 cm, drift is lost at 2 of "),
+            "{}",
+            said(&report)
+        );
+        of(report.drift.as_mut().unwrap(), "truth", "noise", "noise");
+        let against = " But noise has a revisit error of 2.6 cm, truth one of 0.4 cm.";
+        assert!(said(&report).ends_with(against), "{}", said(&report));
+    }
+
+    #[test]
+    fn equal_runs_are_the_same_and_open_ones_so_far_apart() {
+        let mut report = sample();
+        report.drift = None;
+        for pair in &mut report.pairs {
+            let are_first = pair.is_of("truth", "noise");
+            pair.verdict = if are_first { Verdict::Same } else { pair.verdict.clone() };
+        }
+        report.ties = vec![["truth".to_owned(), "noise".to_owned()]];
+        report.list_equals_by_name();
+        let start =
+            "noise and truth are the same: nowhere more than 16 cm apart, where 4.0 cm count as the same.";
+        assert!(said(&report).starts_with(start), "{}", said(&report));
+        assert!(said(&report).ends_with(" The 2 others are worse."), "{}", said(&report));
+        for pair in &mut report.pairs {
+            pair.verdict =
+                if pair.is_of("truth", "noise") { Verdict::Undecided } else { pair.verdict.clone() };
+        }
+        let open = "noise and truth share the first rank: they are up to 16 cm apart, and the scans do not show which is right.";
+        assert!(said(&report).starts_with(open), "{}", said(&report));
     }
 }
