@@ -195,7 +195,7 @@ SPOILED: dict[str, Callable[[Any], Any]] = {
     "a count is a fraction": lambda found: found["inputs"].update(returns=found["inputs"]["returns"] + 0.5),
     "a truncation is unknown": lambda found: found["runs"][0]["r_cv_m2"].update({"3": 1.0}),
     "a pose is short": lambda found: found["inputs"]["runs"][0]["world_from_own"].pop(),
-    "the version is another": lambda found: found.update(schema="dmp-score/3"),
+    "the version is another": lambda found: found.update(schema="dmp-score/2"),
     "a deep number is a text": lambda found: found["drift"]["comparisons"][0]["difference_m2"].update(value="much"),
 }
 
