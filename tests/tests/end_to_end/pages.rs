@@ -221,7 +221,7 @@ fn every_page_is_sound_in_every_window() {
     let reversed = rows.iter().zip(rows.iter().rev()).map(|(row, other)| [&row[..1], &other[1..]].concat());
     write(path, "other.tum", &tum(&reversed.collect::<Vec<_>>()));
     let others = "score @/town.mcap -t @/truth.tum -t @/drift.tum -t other.tum";
-    explored(others, &[("region", "Warnings"), ("rowheader", "drift")]);
+    explored(others, &[("region", "warning"), ("rowheader", "drift")]);
     // A room: nothing in it drives.
     let room = once("simulate room -o room --size 80x60 --frames 40 --rate 2 -q").folder.join("room");
     let [truth, odometry] = ["groundtruth.txt", "estimates/odometry.txt"].map(|name| room.join(name));
