@@ -64,6 +64,8 @@ _PAIRS = {
     "a": "str",
     "b": "str",
     "verdict": "str",
+    "apart_m": "float",
+    "apart_between_m": "float",
     "score": "str",
     "decided_at_m": "float",
     "a_m": "float",
@@ -80,10 +82,14 @@ def _pair_row(pair: Mapping[str, Any]) -> dict[str, Any]:
     decided_m = pair["decided_at_m"]
     scale = next((scale for scale in pair["scales"] if scale["scale_m"] == decided_m), None)
     low, high = (scale and scale["interval_m2"]) or (None, None)
+    apart = pair["apart"] or {}
+    within, between = apart.get("within"), apart.get("between")
     return {
         "a": pair["a"],
         "b": pair["b"],
         "verdict": pair["verdict"],
+        "apart_m": within["worst_m"] if within else None,
+        "apart_between_m": between["worst_m"] if between else None,
         "score": pair["score"],
         "decided_at_m": decided_m,
         "a_m": root(scale["mean_a_m2"]) if scale else None,
