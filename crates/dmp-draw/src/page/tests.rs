@@ -7,8 +7,6 @@ use super::*;
 use crate::pictures::{FrameScore, Painter, SampledReturn, SeenFrame};
 use crate::sample_data::sample;
 
-/// The scores of the sample data: truth, drift, noise and a collapsed run.
-
 /// What a drive along a street of houses shows, each run missing it by so much.
 fn pictures(report: &Report, bases: &[Basis], missed_m: &[f32]) -> Pictures {
     let score = |missed_m: f32| {
