@@ -16,6 +16,8 @@ fn the_samples_are_ranked_as_the_readme_shows() {
     has(&table, &ranks.map(|rank| format!("\n{rank}")).each_ref().map(String::as_str));
     let readme = std::fs::read_to_string(workspace().join("README.md")).unwrap();
     assert!(readme.contains(table.trim_end()), "README.md shows another table than\n{table}");
+    let is_small = table.lines().count() <= 24 && table.lines().all(|line| line.chars().count() <= 80);
+    assert!(is_small, "more than 24 lines of 80 columns:\n{table}");
 }
 
 /// The names of all fields; those of maps from scales, stages and reasons are data.
