@@ -45,11 +45,15 @@ pub(super) fn standing(report: &Report, first: &str, name: &str) -> Standing {
 /// How the first run stands to the others of its rank.
 fn of_first(report: &Report) -> &'static str {
     let leaders = report.leaders();
-    let are_same = |other: &&str| report.verdict_between(leaders[0], other) == Some(&Verdict::Same);
-    match leaders.get(1..) {
-        Some([]) | None => "first",
-        Some(others) if others.iter().all(are_same) => "the same",
-        Some(_) => "undecided",
+    let Some((first, others)) = leaders.split_first().filter(|(_, others)| !others.is_empty()) else {
+        return "first";
+    };
+    let are =
+        |verdict: &Verdict| others.iter().all(|other| report.verdict_between(first, other) == Some(verdict));
+    match () {
+        () if are(&Verdict::Same) => "the same",
+        () if are(&Verdict::Undecided) => "undecided",
+        () => "first",
     }
 }
 
