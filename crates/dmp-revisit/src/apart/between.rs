@@ -79,7 +79,8 @@ fn visits(keys: &[&OnWay<'_>], run: usize, ruler: &Ruler) -> Vec<(usize, usize)>
 }
 
 fn neighbours([x, y, z]: [i64; 3]) -> impl Iterator<Item = [i64; 3]> {
-    (0..27).map(move |k| [x + k % 3 - 1, y + k / 3 % 3 - 1, z + k / 9 - 1])
+    let beside = |cell: i64, step: i64| cell.saturating_add(step - 1);
+    (0..27).map(move |k| [beside(x, k % 3), beside(y, k / 3 % 3), beside(z, k / 9)])
 }
 
 fn is_same_view(a: &Isometry3<f64>, b: &Isometry3<f64>) -> bool {

@@ -12,14 +12,14 @@ mod within;
 
 pub use moments::{MomentSums, Moments};
 pub use spread::Spread;
-pub use way::{Ruler, ScanInBoth};
+pub use way::Ruler;
 
 use std::fmt;
 
-use dmp_sensor::along_m;
+use dmp_sensor::{Isometry3, along_m};
 use serde::{Deserialize, Serialize};
 
-use way::OnWay;
+use way::{OnWay, ScanInBoth};
 
 /// How far apart two runs put the same points.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -36,8 +36,25 @@ pub struct Apart {
 }
 
 impl Apart {
-    /// Of the scans that both runs have, in the order of time; `None` where these are fewer than two.
-    pub fn of(scans: &[ScanInBoth], scans_of_one: u64, ruler: &Ruler) -> Option<Self> {
+    /// Of scans in the order of time: the number of each in the log, and the pose of the sensor in each run, in any frame of the
+    /// run. `None` where both have poses for fewer than two.
+    pub fn of_poses(
+        scans: impl Iterator<Item = (u64, [Option<Isometry3<f64>>; 2])>,
+        ruler: &Ruler,
+    ) -> Option<Self> {
+        let (mut both, mut of_one) = (Vec::new(), 0);
+        for (scan, poses) in scans {
+            match poses {
+                [Some(a), Some(b)] => both.push(ScanInBoth { scan, run_from_sensor: [a, b] }),
+                [None, None] => {}
+                _ => of_one += 1,
+            }
+        }
+        Self::of(&both, of_one, ruler)
+    }
+
+    /// Of the scans that both runs have.
+    fn of(scans: &[ScanInBoth], scans_of_one: u64, ruler: &Ruler) -> Option<Self> {
         let places = |run: usize| {
             scans
                 .iter()

@@ -213,3 +213,14 @@ fn a_camera_that_looks_elsewhere_saw_no_other_visit() {
     assert!(Apart::of(&scans, 0, &camera).unwrap().between.is_none());
     assert!(Apart::of(&scans, 0, &ruler()).unwrap().between.is_some());
 }
+
+#[test]
+fn no_pose_is_too_far_away_to_be_looked_at() {
+    let mut far = laps();
+    for (k, pose) in far.iter_mut().enumerate().skip(100) {
+        pose.translation.vector *= [1e18, -1e30, 1e300][k % 3];
+    }
+    // Numbers of a file may be any: what comes of these has no meaning, and does not stop the program.
+    let _ = Apart::of(&both(&laps(), &far), 0, &ruler());
+    let _ = Apart::of(&both(&far, &far), 0, &ruler());
+}

@@ -6,11 +6,11 @@ use super::moments::Moments;
 
 /// A scan for which both runs have a pose.
 #[derive(Debug, Clone, Copy)]
-pub struct ScanInBoth {
+pub(super) struct ScanInBoth {
     /// Its number in the log.
-    pub scan: u64,
+    pub(super) scan: u64,
     /// The pose of the sensor in each run, in any frame of the run.
-    pub run_from_sensor: [Isometry3<f64>; 2],
+    pub(super) run_from_sensor: [Isometry3<f64>; 2],
 }
 
 /// The same, with the travel up to it, metres: the mean of both runs.

@@ -4,7 +4,7 @@ use dmp_lengths::thousands;
 use dmp_log::{KeptPart, KeptReader};
 use dmp_reduce::{Basis, FrameSums, KeptReturn, Layout, ReduceError, Reducer, Residuals};
 use dmp_report::Report;
-use dmp_revisit::apart::{Apart, Ruler, ScanInBoth};
+use dmp_revisit::apart::{Apart, Ruler};
 use dmp_sensor::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 
 use super::error::JoinError;
@@ -219,24 +219,19 @@ pub(super) struct PosedScan {
     poses: Vec<Option<Isometry3<f64>>>,
 }
 
+/// No place is so far away, metres: a number beyond is none that was kept.
+const FARTHEST_M: f64 = 1e9;
+
 /// A pose with the bits that were kept; `None` where there is none.
 fn pose_of([x, y, z, i, j, k, w]: &[f64; 7]) -> Option<Isometry3<f64>> {
     let turn = UnitQuaternion::new_unchecked(Quaternion::new(*w, *i, *j, *k));
-    let is_pose = [x, y, z].iter().all(|c| c.is_finite()) && (turn.norm() - 1.0).abs() < 1e-6;
+    let is_pose = [x, y, z].iter().all(|c| c.abs() <= FARTHEST_M) && (turn.norm() - 1.0).abs() < 1e-6;
     is_pose.then(|| Isometry3::from_parts(Translation3::new(*x, *y, *z), turn))
 }
 
 /// How far apart runs `a` and `b` are.
 pub(super) fn apart_of(scans: &[PosedScan], [a, b]: [usize; 2], ruler: &Ruler) -> Option<Apart> {
-    let (mut both, mut of_one) = (Vec::new(), 0);
-    for PosedScan { scan, poses } in scans {
-        match [poses[a], poses[b]] {
-            [Some(a), Some(b)] => both.push(ScanInBoth { scan: *scan, run_from_sensor: [a, b] }),
-            [None, None] => {}
-            _ => of_one += 1,
-        }
-    }
-    Apart::of(&both, of_one, ruler)
+    Apart::of_poses(scans.iter().map(|scan| (scan.scan, [scan.poses[a], scan.poses[b]])), ruler)
 }
 
 /// Sums of scans.
