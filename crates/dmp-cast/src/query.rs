@@ -68,7 +68,7 @@ impl Default for CastSettings {
             horizon_m: 200.0,
             window_m: 5.0,
             reach: 1,
-            revisit_reach: 5,
+            revisit_reach: Independence::SAME_VISIT,
             beyond_m: f64::INFINITY,
             return_m: 0.5,
             wanted: Wanted::Three,

@@ -8,7 +8,7 @@
 //!
 //! [`suite_page`] does the same for a [`SuiteReport`](dmp_suite::SuiteReport).
 //!
-//! [`truth_page`] and [`truth_picture`] show runs beside ground truth ([`TruthPlots`]).
+//! [`map_check_page`] shows one map alone. [`truth_page`] and [`truth_picture`] show runs beside ground truth ([`TruthPlots`]).
 //!
 //! [`plot`] draws points and lines as SVG, [`text`] writes numbers for people. Nothing here opens a file or starts a
 //! thread; the same input gives the same bytes.
@@ -25,7 +25,7 @@ mod truth;
 mod words;
 
 pub use colour::{colour_of_residual, colour_of_size};
-pub use page::{PageInput, page, suite_page, truth_page};
+pub use page::{PageInput, map_check_page, page, suite_page, truth_page};
 pub use pictures::{
     DiscInWorld, FrameScore, Painter, Pass, Pictures, SampledReturn, SeenFrame, WorstPlace, worst_places,
 };
@@ -33,6 +33,6 @@ pub use truth::{TruthPlots, TruthPose, TruthRun, TruthStats, truth_picture};
 pub use words::{
     BesideColumn, DRIFT_HEADS, OrderedPair, OrderedVersions, Ranking, RankingRow, ScoreColumn, answer,
     beside, drift_beside_scores, drift_compared, drift_in_words, drift_row, every_pair, laid_onto, legend,
-    log_word, main_pairs, metres, metres_between, ordered_versions, p_value, pairs_in_words, promise,
-    ranking, suite_answer, suite_promise, warnings,
+    log_word, main_pairs, map_check, metres, metres_between, not_in_a_cloud, ordered_versions, p_value,
+    pairs_in_words, promise, ranking, suite_answer, suite_promise, warnings,
 };

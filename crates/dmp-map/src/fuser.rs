@@ -10,6 +10,7 @@ use crate::MapError;
 use crate::grid::{Lattice, TileSpan, TileTable};
 use crate::store::{Durability, Origin, StoreSummary};
 use crate::surfels::{SurfelCode, TileSurfels, surfels_of};
+use crate::thickness::{CellSampler, Sampled, SampledCells};
 use crate::voxels::{Merged, OpenTiles, PartOfVoxel, RecentVoxels, Sums, TileMoments, VoxelRecord};
 use crate::write_map::{SummedTiles, write_map};
 
@@ -36,6 +37,7 @@ pub struct MapFuser {
     open: OpenTiles<TileMoments>,
     points: AtomicU64,
     scratch: ScratchFile<VoxelRecord>,
+    sampler: Box<CellSampler>,
 }
 
 /// Per-thread buffers of [`MapFuser::add`].
@@ -43,6 +45,7 @@ pub struct MapFuser {
 pub struct FuseBuffers {
     recent: RecentVoxels,
     by_tile: TileTable<Vec<PartOfVoxel>>,
+    sampled: Vec<Sampled>,
 }
 
 impl MapFuser {
@@ -52,12 +55,7 @@ impl MapFuser {
     /// # Errors
     /// When the scratch file cannot be created.
     pub fn new(lattice: Lattice, budget_bytes: usize, scratch_folder: &Path) -> Result<Self, MapError> {
-        Ok(Self {
-            lattice,
-            open: OpenTiles::new(budget_bytes),
-            points: AtomicU64::new(0),
-            scratch: ScratchFile::new(scratch_folder)?,
-        })
+        Ok(Self::with(lattice, budget_bytes, ScratchFile::new(scratch_folder)?))
     }
 
     /// As [`MapFuser::new`], with the partial tiles in the file `scratch`: another process can resume from it and the
@@ -66,12 +64,14 @@ impl MapFuser {
     /// # Errors
     /// When the scratch file cannot be created.
     pub fn with_scratch(lattice: Lattice, budget_bytes: usize, scratch: &Path) -> Result<Self, MapError> {
-        Ok(Self {
-            lattice,
-            open: OpenTiles::new(budget_bytes),
-            points: AtomicU64::new(0),
-            scratch: ScratchFile::named(scratch)?,
-        })
+        Ok(Self::with(lattice, budget_bytes, ScratchFile::named(scratch)?))
+    }
+
+    fn with(lattice: Lattice, budget_bytes: usize, scratch: ScratchFile<VoxelRecord>) -> Self {
+        // The sample of cells counts, too, but leaves half to the tiles.
+        let open_bytes = budget_bytes.saturating_sub(SampledCells::BYTES).max(budget_bytes / 2);
+        let (open, points) = (OpenTiles::new(open_bytes), AtomicU64::new(0));
+        Self { lattice, open, points, scratch, sampler: Box::new(CellSampler::new(SampledCells::default())) }
     }
 
     /// Resumes a partially fused map: `state` is the result of [`MapFuser::put_down`].
@@ -84,16 +84,12 @@ impl MapFuser {
         scratch: &Path,
         state: &[u8],
     ) -> Result<Self, MapError> {
-        let Some((points, list)) = state.split_first_chunk() else {
+        let Ok((points, cells, list)) = postcard::from_bytes::<(u64, SampledCells, Vec<u8>)>(state) else {
             let detail = format!("it has {} bytes", state.len());
             return Err(MapError::Damaged { path: scratch.to_path_buf(), part: "list of parts", detail });
         };
-        Ok(Self {
-            lattice,
-            open: OpenTiles::new(budget_bytes),
-            points: AtomicU64::new(u64::from_le_bytes(*points)),
-            scratch: ScratchFile::resume(scratch, list)?,
-        })
+        let fuser = Self::with(lattice, budget_bytes, ScratchFile::resume(scratch, &list)?);
+        Ok(Self { points: points.into(), sampler: Box::new(CellSampler::new(cells)), ..fuser })
     }
 
     /// Spills all tiles to the scratch file, syncs it to disk, and returns the state for a resuming process. No thread
@@ -107,9 +103,10 @@ impl MapFuser {
                 self.scratch.append(tile, moments.into_records())?;
             }
         }
-        let mut state = self.points().to_le_bytes().to_vec();
-        state.extend(self.scratch.list()?);
-        Ok(state)
+        let cells = self.sampler.lock();
+        let state = postcard::to_allocvec(&(self.points(), &*cells, self.scratch.list()?));
+        let cannot = MapError::io(Path::new("checkpoint"), "cannot store the sums of cells");
+        state.map_err(|error| cannot(std::io::Error::other(error)))
     }
 
     /// Points added so far.
@@ -138,11 +135,13 @@ impl MapFuser {
         segment: Option<i32>,
         buffers: &mut FuseBuffers,
     ) -> Result<(), MapError> {
-        let FuseBuffers { recent, by_tile } = buffers;
+        let FuseBuffers { recent, by_tile, sampled } = buffers;
         for (_, list) in by_tile.all_mut() {
             list.clear();
         }
+        sampled.clear();
         recent.add(&self.lattice, points_in_world_m, |voxel, sums| {
+            self.sampler.sift(voxel, &sums, sampled);
             let (tile, voxel) = self.lattice.in_tile(voxel);
             let list = by_tile.entry(tile);
             list.push(PartOfVoxel { voxel, sums });
@@ -151,6 +150,7 @@ impl MapFuser {
                 list.clear();
             }
         })?;
+        self.sampler.add(&self.lattice, sampled, segment);
         // Tiles that the sensor has left keep no buffers.
         by_tile.retain(|list| !list.is_empty());
         for (tile, list) in by_tile.all_mut() {
@@ -174,7 +174,8 @@ impl MapFuser {
         durability: Durability,
         on_tile: &(dyn Fn(u64, u64) + Sync),
     ) -> Result<StoreSummary, MapError> {
-        write_map(&self, TileSpan::default(), (path, origin, durability), on_tile)
+        let summary = write_map(&self, TileSpan::default(), (path, origin, durability), on_tile)?;
+        Ok(StoreSummary { cells: std::mem::take(&mut self.sampler.lock()), ..summary })
     }
 
     /// The voxels of a tile by their cells: its spilled parts are read in parallel, so that little is in memory. The

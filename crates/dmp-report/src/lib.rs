@@ -7,6 +7,7 @@ mod answers;
 mod columns;
 mod contents;
 mod made_with;
+mod map_check;
 mod pair;
 mod run;
 #[cfg(test)]
@@ -20,11 +21,13 @@ mod withheld;
 pub use answers::Best;
 pub use columns::{COLUMNS, Column, ColumnUnit, columns_by_rank};
 pub use contents::Report;
+pub use dmp_map::{Layers, Thickness};
 pub use made_with::{
     ConfigReport, ConventionsReport, DepthNoiseReport, DropReport, Ego, EgoReport, EstimateReport,
     InputReport, LeftOutReport, MemoryReport, Pairing, PassTimes, PlacesReport, PoseAt, PromiseReport,
     RunInputReport, SamplingReport, SegmentLength, SegmentReport, TileReport,
 };
+pub use map_check::{GroundPlan, Holes, MapCheck, PlanColumn};
 pub use pair::{PairFacts, PairReport, ScaleReport};
 pub use run::{MapReport, RunFacts, RunReport};
 pub use scores::ScaleScores;

@@ -1,5 +1,6 @@
 //! The scores and the map of a run, in a report.
 
+use dmp_map::Thickness;
 use dmp_reduce::{Basis, Estimate, RunScores};
 use serde::{Deserialize, Serialize};
 
@@ -135,7 +136,7 @@ impl RunReport {
 }
 
 /// A run's map; of places, their maps together.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct MapReport {
     /// Surfels, before some are left out.
     pub surfels: u64,
@@ -145,6 +146,9 @@ pub struct MapReport {
     pub thin_voxels: Option<u64>,
     /// Points of a given cloud, or triangles of a given mesh, that are not finite.
     pub map_points_dropped: u64,
+    /// How thick its flat places are; null if these are too few, for a store that was given, for a quick score and for one
+    /// in parts.
+    pub thickness: Option<Thickness>,
     /// How many of them are left out, since rays show that something moved: see `docs/metric.md`. Null for a given map and
     /// for a score in parts.
     pub surfels_contradicted: Option<u64>,

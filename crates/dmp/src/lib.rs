@@ -11,7 +11,8 @@
 //! - [`Config`] holds every setting; its default fits a drive. [`Config::on`] resolves it for a log into
 //!   [`Settings`], which change numbers, and [`Means`] (memory, threads, folders), which do not.
 //! - [`evaluate`] scores all returns. [`evaluate_quick`] scores a sample of places and reads little of the
-//!   log. [`PlannedScore`] runs the passes apart. [`fuse_maps`] only makes the maps; [`map_of_cloud`] makes the map of a cloud or a mesh.
+//!   log. [`PlannedScore`] runs the passes apart. [`fuse_maps`] only makes the maps; [`map_of_cloud`] makes the map of a cloud or a mesh;
+//!   [`check_cloud`] says how good a cloud is alone.
 //! - [`Progress`] receives the progress and may stop the evaluation. A [`Sink`] receives returns, scans,
 //!   places and maps as they are scored. A [`Watch`] is one of them, both, or `()`.
 //! - A [`Report`] answers queries by name: [`Report::best`], [`Report::ranked`], [`Report::verdict_between`],
@@ -39,6 +40,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod check;
 mod evaluate;
 mod maps;
 mod means;
@@ -49,6 +51,7 @@ mod posed;
 pub mod prelude;
 mod results;
 
+pub use check::check_cloud;
 pub use evaluate::evaluate;
 pub use maps::{CloudMap, RunMaps, fuse_maps, map_of_cloud};
 pub use means::{machine_memory_bytes, peak_anonymous_bytes};

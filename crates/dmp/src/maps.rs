@@ -5,13 +5,13 @@ use std::sync::Arc;
 
 use dmp_disk::WorkFolder;
 use dmp_log::ScanLog;
-use dmp_map::{Lattice, MapFuser, Origin, Store};
+use dmp_map::{Lattice, MapFuser, Origin, Store, Thickness};
 use dmp_reduce::Scales;
 use dmp_runs::{Config, EvaluateError, Run, Watch, pool};
 use dmp_sensor::Isometry3;
 
 use crate::means::Work;
-use crate::passes::{Life, Task, finish, fuse_given, sparse};
+use crate::passes::{Finished, Life, Task, finish, fuse_given, sparse};
 
 /// The maps of some runs, on disk as long as this value lives.
 #[derive(Debug)]
@@ -55,6 +55,8 @@ pub struct CloudMap {
     pub store: Store,
     /// Occupied voxels without a surfel.
     pub thin_voxels: u64,
+    /// How thick its flat places are; `None` if these are too few.
+    pub thickness: Option<Thickness>,
     /// Points, or triangles, that are not finite.
     pub points_dropped: u64,
     /// Conversions made, in words.
@@ -92,11 +94,12 @@ pub fn map_of_cloud<'a>(
     let name = cloud.display().to_string();
     let file = cloud.file_name().unwrap_or_default().to_string_lossy();
     let text = format!("dmp {}; fused from {file}", env!("CARGO_PKG_VERSION"));
-    let (found, (store, thin_voxels)) = pool.install(|| {
+    let (found, finished) = pool.install(|| {
         let into = (&fuser, &Isometry3::identity());
         let found = fuse_given(cloud, &name, settings.map_unit, into, progress)?;
         let finished = finish(fuser, output, &Origin::of(text), Life::User, progress)?;
         Ok::<_, EvaluateError>((found, finished))
     })?;
-    Ok(CloudMap { store, thin_voxels, points_dropped: found.dropped, notes: found.notes })
+    let Finished { store, thin_voxels, thickness } = finished;
+    Ok(CloudMap { store, thin_voxels, thickness, points_dropped: found.dropped, notes: found.notes })
 }

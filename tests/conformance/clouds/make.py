@@ -9,6 +9,7 @@ import copclib
 import laspy
 import numpy as np
 import open3d
+import pye57
 import pyproj
 import trimesh
 from laspy.vlrs.known import GeoKeyEntryStruct
@@ -241,12 +242,27 @@ def copc():
           {"name": "gps_time", "datatype": "float64", "unit": "s", "from": "gps_week", "values": times})
 
 
+def e57_by_pye57():
+    """Two scans, the second turned by half a turn and moved: places are those after it. The file has names that differ each time."""
+    points = np.round(seen(37) * 16) / 16.0
+    turned = points * [-1.0, -1.0, 1.0] + [10.0, -4.0, 0.5]
+    path = FOLDER / "e57_pye57.e57"
+    path.unlink(missing_ok=True)
+    file = pye57.E57(str(path), mode="w")
+    for rotation, translation in [([1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0]), ([0.0, 0.0, 0.0, 1.0], [10.0, -4.0, 0.5])]:
+        columns = {f"cartesian{axis}": points[:, k].astype(np.float64) for k, axis in enumerate("XYZ")}
+        file.write_scan_raw(columns, rotation=np.array(rotation), translation=np.array(translation))
+    file.close()
+    write("e57_pye57", [path.name], np.concatenate([points, turned]), "float64")
+
+
 def main():
     pcd()
     ply()
     meshes()
     las()
     copc()
+    e57_by_pye57()
 
 
 if __name__ == "__main__":

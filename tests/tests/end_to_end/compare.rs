@@ -203,7 +203,7 @@ fn tables_fit_the_terminal_and_have_colours_where_these_are_asked_for() {
     assert!(widest(&shown(path, "-v", &[])) <= 80);
 
     let mut coloured = shown(path, "", &[("CLICOLOR_FORCE", "1")]);
-    has(&coloured, &["\u{1b}[1m", "\u{1b}[31mworse by "]);
+    has(&coloured, &["\u{1b}[1m", " worse at "]);
     for tone in ["\u{1b}[0m", "\u{1b}[1m", "\u{1b}[31m", "\u{1b}[32m", "\u{1b}[33m"] {
         coloured = coloured.replace(tone, "");
     }

@@ -14,6 +14,12 @@ use crate::files::{Compression, OutputFormat};
 use crate::named::NamedFile;
 
 pub(crate) static MAP: Opt<PathBuf> = Opt { help: "The map", ..Opt::argument("map", "MAP") };
+pub(crate) static CLOUD: Opt<PathBuf> =
+    Opt { help: "The cloud: .las, .laz, .copc.laz, .ply, .pcd or .e57", ..Opt::argument("cloud", "CLOUD") };
+pub(crate) static CHECK_REPORT: Opt<PathBuf> = Opt {
+    help: "Write a page, FILE.html: what was found, and where, on the map from above",
+    ..Opt::path(Output, "report", "FILE", Role::Written)
+};
 pub(crate) static RUN_OF_MAP: Opt<NamedFile> = Opt {
     short: Some('t'),
     help: "The trajectory of a log, as for `dmp score`. Without one, LOG is a cloud or a mesh",

@@ -3,6 +3,7 @@
 mod explore;
 mod html;
 mod inputs;
+mod map_check;
 mod on_map;
 mod ranking;
 mod reference;
@@ -20,6 +21,7 @@ use crate::plot::escape;
 use crate::text::{count, counted};
 use explore::SCRIPT;
 use html::{Document, figure, keys, list, paragraph, section, wide};
+pub use map_check::map_check_page;
 use on_map::{cloud, drift, maps, places, trajectories};
 pub use suite::suite_page;
 pub use truth::truth_page;

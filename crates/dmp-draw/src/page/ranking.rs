@@ -20,7 +20,7 @@ pub(super) fn ranking(report: &Report) -> String {
     let interval_title = format!("{} interval", confidence(report.promise.confidence));
     heads.insert(1, head(&interval_title, ranking.unit(), ""));
     let beside = beside(report);
-    let of_beside = beside.iter().map(|column| head(column.name, "", ""));
+    let of_beside = beside.iter().map(|column| head(column.name, column.unit, ""));
     heads.splice(0..0, [head("rank", "", ""), head("run", "", "name")].into_iter().chain(of_beside));
     let row = |(place, row): (usize, &RankingRow<'_>)| {
         let mut cells: Vec<String> = row.cells.iter().map(|text| cell(text, "")).collect();

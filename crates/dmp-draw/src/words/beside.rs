@@ -11,6 +11,8 @@ use crate::text::NONE;
 pub struct BesideColumn {
     /// Its name: one or two words.
     pub name: &'static str,
+    /// Of the numbers in it, if all have the same.
+    pub unit: &'static str,
     /// What it is, in a sentence.
     pub meaning: &'static str,
     /// What stands in it, run by run in their order.
@@ -28,19 +30,32 @@ pub fn beside(report: &Report) -> Vec<BesideColumn> {
     if report.pairs.iter().any(|pair| pair.apart.is_some()) {
         let cells = report.order.iter().map(apart).collect();
         let meaning = "how far it puts points from where the first does, at worst";
-        columns.push(BesideColumn { name: "apart", meaning, cells });
+        columns.push(BesideColumn { name: "apart", unit: "", meaning, cells });
     }
     if let Some(drift) = &report.drift {
         let of = |name: &String| drift.runs.iter().find(|run| run.name == *name);
         let cells: Vec<String> =
             report.order.iter().map(|name| of(name).map_or(NONE.to_owned(), back)).collect();
-        if cells.iter().all(|cell| cell == NONE) {
-            return columns;
+        if cells.iter().any(|cell| cell != NONE) {
+            let meaning = "how far it is off where it comes back to a place (median)";
+            columns.push(BesideColumn { name: "revisit error", unit: "", meaning, cells });
         }
-        let meaning = "how far it is off where it comes back to a place (median)";
-        columns.push(BesideColumn { name: "revisit error", meaning, cells });
     }
+    columns.extend(thick(report));
     columns
+}
+
+/// How thick the flat places of each run's map are.
+fn thick(report: &Report) -> Option<BesideColumn> {
+    let map = |name: &String| report.runs.iter().find(|run| run.name == *name).map(|run| &run.map);
+    let thick_m = |name: &String| map(name)?.thickness.as_ref().map(|thickness| thickness.median_m);
+    let cells: Vec<Option<f64>> = report.order.iter().map(thick_m).collect();
+    cells.iter().any(Option::is_some).then(|| BesideColumn {
+        name: "thick",
+        unit: "cm",
+        meaning: "RMS distance of points from the flat surface they lie on (median)",
+        cells: cells.into_iter().map(|m| m.map_or(NONE.to_owned(), in_cm)).collect(),
+    })
 }
 
 fn back(run: &RunDrift) -> String {
@@ -49,4 +64,9 @@ fn back(run: &RunDrift) -> String {
         Some(median_m) => short_length(median_m),
         None => NONE.to_owned(),
     }
+}
+
+fn in_cm(m: f64) -> String {
+    let cm = 100.0 * m;
+    if cm < 0.995 { format!("{cm:.2}") } else { format!("{cm:.1}") }
 }

@@ -5,6 +5,7 @@ mod beside;
 mod columns;
 mod drift;
 mod laid;
+mod map_check;
 mod ordered_pair;
 pub(crate) mod promise;
 mod suite_words;
@@ -21,6 +22,7 @@ pub use drift::{
 };
 pub use laid::laid_onto;
 pub(crate) use laid::rigid;
+pub use map_check::{map_check, not_in_a_cloud};
 pub use ordered_pair::{OrderedPair, every_pair, main_pairs};
 pub use promise::promise;
 pub use suite_words::{OrderedVersions, log_word, ordered_versions, p_value, suite_answer, suite_promise};

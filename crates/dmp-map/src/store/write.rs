@@ -16,6 +16,7 @@ use super::read::Store;
 use crate::MapError;
 use crate::grid::Lattice;
 use crate::surfels::{SurfelCode, TileSurfels};
+use crate::thickness::SampledCells;
 
 /// Whether a store must survive a power cut.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -41,6 +42,8 @@ pub struct StoreSummary {
     pub thin_voxels: u64,
     /// Length of the file.
     pub bytes: u64,
+    /// The sums of a sample of cells; none in a map that is merged from files, or thinned.
+    pub cells: SampledCells,
 }
 
 /// Writes a store tile by tile, under a temporary name until it is complete.
@@ -206,6 +209,7 @@ impl StoreWriter {
             border_copies: self.entries.values().map(|e| u64::from(e.borders.surfels)).sum(),
             thin_voxels: self.thin_voxels,
             bytes: self.at,
+            cells: SampledCells::default(),
             path: self.path,
         })
     }

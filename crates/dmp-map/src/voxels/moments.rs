@@ -9,7 +9,18 @@ use crate::grid::Voxel;
 /// Integers add in any order to the same value, so maps merge exactly. Offsets stay below 2¹⁴ units (voxels up to 2 m),
 /// their products below 2²⁸, or 2³⁰ relative to a cell of eight voxels: 63 bits hold 2³³ points in one cell. They are
 /// signed, since points of a patch may lie beside the voxel to which they are added.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
+#[derive(
+    Debug,
+    Clone,
+    Copy,
+    Default,
+    PartialEq,
+    Eq,
+    bytemuck::Pod,
+    bytemuck::Zeroable,
+    serde::Serialize,
+    serde::Deserialize,
+)]
 #[repr(C)]
 pub(crate) struct Moments {
     pub(crate) count: u64,

@@ -48,6 +48,15 @@ impl PackedSums {
         ((FULL - 1) / (offset * offset)) as u32
     }
 
+    /// The sums, unpacked; nobody saw them.
+    #[inline]
+    pub(crate) fn widened(&self) -> Moments {
+        let [[n, x], [y, z], [xx, xy], [yy, yz], [zz, xz]] =
+            self.0.map(|pair| [pair & u64::from(u32::MAX), pair >> 32].map(|sum| sum as i64));
+        let products = [xx, xy, xz, yy, yz, zz];
+        Moments { count: n as u64, sum: [x, y, z], products, support: Support::default() }
+    }
+
     /// Checking the count and the squares suffices: Σx ≤ Σxx, and 2 Σxy ≤ Σxx + Σyy.
     #[inline]
     fn is_full(&self) -> bool {
@@ -95,10 +104,7 @@ impl NarrowMoments {
 
     #[inline]
     pub(crate) fn widened(&self) -> Moments {
-        let Self { sums, support } = *self;
-        let [[n, x], [y, z], [xx, xy], [yy, yz], [zz, xz]] =
-            sums.0.map(|pair| [pair & u64::from(u32::MAX), pair >> 32].map(|sum| sum as i64));
-        Moments { count: n as u64, sum: [x, y, z], products: [xx, xy, xz, yy, yz, zz], support }
+        Moments { support: self.support, ..self.sums.widened() }
     }
 }
 

@@ -4,7 +4,9 @@
 /// three highest segments of its observations, with multiplicity.
 ///
 /// Order-free and mergeable: the summary of a union is the merge of the summaries.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable, serde::Serialize, serde::Deserialize,
+)]
 #[repr(C)]
 pub struct Support {
     /// Ascending; padded with `ABSENT_LOW`.
@@ -83,6 +85,9 @@ pub struct Independence {
 }
 
 impl Independence {
+    /// Observations this many segments on, or fewer, are of the same visit.
+    pub const SAME_VISIT: i32 = 5;
+
     /// Independence of a return made in `segment`, its neighbours up to `reach` segments excluded.
     #[inline]
     pub fn of(segment: i32, reach: i32) -> Self {

@@ -21,7 +21,7 @@ pub use drift::{Revisits, VisitPair, measure_drift};
 pub(crate) use evaluation::{Evaluation, FuseTotals, Task};
 pub(crate) use foresight::DiskEstimate;
 pub(crate) use frames::{Worker, each_frame, jobs_of};
-pub(crate) use fuse::{Life, finish};
+pub(crate) use fuse::{Finished, Life, finish};
 pub(crate) use given::{fuse_given, sparse};
 pub(crate) use plan::Plan;
 pub use reach::TilesInReach;

@@ -1,6 +1,6 @@
 //! The finished map of a run.
 
-use dmp_map::{Store, TileEntry};
+use dmp_map::{Store, Thickness, TileEntry};
 
 /// The facts about a map beside its surfels.
 #[derive(Debug, Clone, Default, serde::Serialize, serde::Deserialize)]
@@ -9,6 +9,8 @@ pub(crate) struct MapFacts {
     pub(crate) fused: bool,
     /// Occupied voxels without a surfel; `None` for a given store.
     pub(crate) thin_voxels: Option<u64>,
+    /// Of a map that was fused whole, from scans or a cloud.
+    pub(crate) thickness: Option<Thickness>,
     /// Points of a given cloud, or triangles of a mesh, that are not finite.
     pub(crate) points_dropped: u64,
     /// Conversions of a given map, in words.

@@ -32,6 +32,7 @@ pub(crate) fn map_report(store: &Store, facts: &MapFacts) -> MapReport {
         tiles: facts.trails.map_or(store.entries().count() as u64, |trails| trails.tiles),
         thin_voxels: facts.thin_voxels,
         map_points_dropped: facts.points_dropped,
+        thickness: facts.thickness.clone(),
         surfels_contradicted: facts.trails.map(|trails| trails.contradicted),
     }
 }

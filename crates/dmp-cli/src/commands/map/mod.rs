@@ -1,6 +1,7 @@
 //! `dmp map`: surfel maps on disk.
 
 mod build;
+mod check;
 mod export;
 mod info;
 mod verify;
@@ -9,7 +10,7 @@ use crate::options::Spec;
 
 pub(crate) static SPEC: Spec = Spec {
     name: "map",
-    about: "Build, inspect, check and export surfel maps (.dmpmap)",
-    commands: &[&build::SPEC, &info::SPEC, &verify::SPEC, &export::SPEC],
+    about: "Build, check, inspect, verify and export surfel maps (.dmpmap)",
+    commands: &[&build::SPEC, &check::SPEC, &info::SPEC, &verify::SPEC, &export::SPEC],
     ..Spec::EMPTY
 };

@@ -9,7 +9,7 @@ use crate::console::Tone;
 /// How a run stands to the first one.
 #[derive(Debug)]
 pub(super) struct Standing {
-    /// As `worse by 2.79 cm at 2 m`.
+    /// As `2.79 cm worse at 2 m`.
     pub(super) text: String,
     /// From where to where the difference may be.
     pub(super) interval: String,
@@ -34,9 +34,9 @@ pub(super) fn standing(report: &Report, first: &str, name: &str) -> Standing {
     match &shown.pair.verdict {
         Verdict::Better { .. } => {
             let tone = if word == "worse" { Tone::Bad } else { Tone::Good };
-            decided(&shown, word.to_owned(), tone)
+            decided(&shown, "", word, tone)
         }
-        Verdict::Mixed { .. } => decided(&shown, format!("mixed, {word}"), Tone::Open),
+        Verdict::Mixed { .. } => decided(&shown, "mixed, ", word, Tone::Open),
         Verdict::Same => alone("the same", None),
         Verdict::Undecided => alone("undecided", Some(Tone::Open)),
     }
@@ -57,13 +57,13 @@ fn of_first(report: &Report) -> &'static str {
     }
 }
 
-fn decided(shown: &OrderedPair<'_>, word: String, tone: Tone) -> Standing {
+fn decided(shown: &OrderedPair<'_>, mixed: &str, word: &str, tone: Tone) -> Standing {
     let behind_m = |scale: &ScaleReport| shown.rms_behind_m(scale);
     let (text, interval_m) = match shown.pair.decided_at().map(|scale| (scale, behind_m(scale))) {
         Some((ScaleReport { scale_m, .. }, Some((by_m, interval_m)))) => {
-            (format!("{word} by {} at {scale_m} m", metres(by_m)), interval_m)
+            (format!("{mixed}{} {word} at {scale_m} m", metres(by_m)), interval_m)
         }
-        _ => (word, None),
+        _ => (format!("{mixed}{word}"), None),
     };
     let interval = interval_m.map_or(NONE.to_owned(), metres_between);
     Standing { text, interval, tone: Some(tone) }
@@ -84,9 +84,9 @@ mod tests {
         assert_eq!(of(&report, "truth"), "undecided");
         assert_eq!(of(&report, "größe"), "undecided");
         // Mean squares of 1 and 1.254 m²: roots of 1 and 1.12 m.
-        assert_eq!(of(&report, "drift"), "worse by 12.0 cm at 10 m");
+        assert_eq!(of(&report, "drift"), "12.0 cm worse at 10 m");
         assert_eq!(standing(&report, "truth", "drift").interval, "9.59 to 14.3 cm");
-        assert_eq!(standing(&report, "größe", "drift").text, "mixed, worse by 10.8 cm at 10 m");
+        assert_eq!(standing(&report, "größe", "drift").text, "mixed, 10.8 cm worse at 10 m");
         report.pairs.iter_mut().for_each(|pair| pair.verdict = Verdict::Same);
         assert_eq!(of(&report, "drift"), "the same");
         report.pairs.clear();

@@ -84,6 +84,7 @@ impl<'a> Ranked<'a> {
             let mut made = Column::new(column.name, Side::Right, column.cells);
             let words = column.name.splitn(2, ' ').zip(&mut made.cells);
             words.for_each(|(word, cell)| word.clone_into(cell));
+            column.unit.clone_into(&mut made.cells[2]);
             columns.push(Column { rank: Some(0), ..made });
         }
         for k in 0..ranking.columns.len() {

@@ -70,6 +70,9 @@ fn runs(out: &mut impl Write, report: &Report, verbose: bool, terminal: Terminal
     }
     let mut remarks = Vec::new();
     pairs::remarks(&mut remarks, report, terminal)?;
+    if !remarks.is_empty() {
+        writeln!(out)?;
+    }
     let (columns, has_short_names) = table.hidden();
     let counts = [(pairs::others(report), "more pair"), (columns, "more column")];
     let counts = counts.into_iter().filter(|(count, _)| *count > 0);
@@ -79,9 +82,6 @@ fn runs(out: &mut impl Write, report: &Report, verbose: bool, terminal: Terminal
     }
     if !more.is_empty() {
         terminal.tell(&mut remarks, "", &format!("{}: -v or --json", more.join(", ")))?;
-    }
-    if !remarks.is_empty() {
-        writeln!(out)?;
     }
     out.write_all(&remarks)
 }
@@ -174,7 +174,7 @@ truth and größe share the first rank. drift is worse.
                                        m      m     cm         %        %
 1  truth  undecided                 1.50  0.400   10.0      81.2     34.5
 1  größe  undecided                 1.57  0.420   10.5      81.2     34.5
-3  drift  worse by 12.0 cm at 10 m     –      –      –      43.1     34.5
+3  drift  12.0 cm worse at 10 m     –      –      –      43.1     34.5
 
 rank      shared by runs between which nothing is decided
 verdict   RMS residual above the first's, on returns that both predict
@@ -294,7 +294,7 @@ Compare within this log and settings only; 99 % sure that no \"worse\" is chance
         let first = text.lines().next().unwrap();
         assert!(first.starts_with("\u{1b}[1mtruth and") && first.ends_with("\u{1b}[0m"), "{first}");
         assert!(
-            text.contains("\u{1b}[33mundecided\u{1b}[0m") && text.contains("\u{1b}[31mworse by"),
+            text.contains("\u{1b}[33mundecided\u{1b}[0m") && text.contains(" worse at 10 m\u{1b}[0m"),
             "{text}"
         );
         let plain = anstream::adapter::strip_str(&text).to_string();
@@ -317,7 +317,7 @@ Compare within this log and settings only; 99 % sure that no \"worse\" is chance
         let text = text_of(&example_reports::given_maps(), false);
         assert!(text.contains("every scan a\nsegment"), "{text}");
         assert!(!text.contains("R_cv"), "{text}");
-        assert!(text.contains("\n2  b    worse by 8.47 cm at 5 m "), "{text}");
+        assert!(text.contains("\n2  b    8.47 cm worse at 5 m "), "{text}");
         assert!(text.contains("R_near    RMS range error to the nearest surface"), "{text}");
     }
 

@@ -12,6 +12,8 @@ pub enum CloudFormat {
     Ply,
     /// PCD.
     Pcd,
+    /// E57: read only.
+    E57,
 }
 
 impl CloudFormat {
@@ -22,6 +24,7 @@ impl CloudFormat {
             Self::Laz => "LAZ",
             Self::Ply => "PLY",
             Self::Pcd => "PCD",
+            Self::E57 => "E57",
         }
     }
 }

@@ -1,6 +1,7 @@
 //! Point clouds given as maps.
 
 mod batches;
+mod e57_cloud;
 mod format;
 mod las_cloud;
 pub(crate) mod las_crs;

@@ -1,7 +1,7 @@
 //! Reading a cloud of any format.
 
 use super::format::CloudFormat;
-use super::{las_cloud, pcd_cloud, ply_cloud};
+use super::{e57_cloud, las_cloud, pcd_cloud, ply_cloud};
 use crate::file::start_of;
 use crate::geometry::pcd::header::starts_like_pcd;
 use crate::{LengthUnit, LogError};
@@ -18,12 +18,12 @@ pub struct CloudSummary {
     pub unit_note: Option<String>,
 }
 
-/// Reads the points of a LAS, LAZ, PLY or PCD file and hands them to `sink` in batches of at most 65,536, in
+/// Reads the points of a LAS, LAZ, PLY, PCD or E57 file and hands them to `sink` in batches of at most 65,536, in
 /// the file's order and frame, in metres. Memory does not grow with the file.
 ///
 /// The file's coordinates are in `unit`; with `None`, in what a LAS or LAZ file says, else in metres.
 ///
-/// None of these formats has checksums: damaged coordinates in a file that is otherwise sound look like
+/// Only E57 has checksums. In the others damaged coordinates in a file that is otherwise sound look like
 /// true ones.
 ///
 /// Called in a rayon pool, the chunks of a LAZ file are decoded ahead on its threads, a few at a time. The points, their order and
@@ -60,6 +60,10 @@ pub fn read_cloud<E: From<LogError>>(
     let is_pcd = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("pcd"));
     let (format, points, unit_note) = match start.as_slice() {
         [b'L', b'A', b'S', b'F', ..] => las_cloud::read(path, unit, &mut sink)?,
+        [b'A', b'S', b'T', b'M', b'-', b'E', b'5', b'7', ..] => {
+            let (format, points) = e57_cloud::read(path, scale, &mut sink)?;
+            (format, points, None)
+        }
         [b'p', b'l', b'y', b'\n' | b'\r', ..] => {
             let (format, points) = ply_cloud::read(path, scale, &mut sink)?;
             (format, points, None)
@@ -71,7 +75,7 @@ pub fn read_cloud<E: From<LogError>>(
         _ => {
             start.truncate(4);
             let looked_for =
-                format!("looked for a LAS, LAZ, PLY or PCD cloud; the file starts with {start:02x?}");
+                format!("looked for a LAS, LAZ, PLY, PCD or E57 cloud; the file starts with {start:02x?}");
             return Err(LogError::UnknownFormat { path: path.into(), looked_for }.into());
         }
     };

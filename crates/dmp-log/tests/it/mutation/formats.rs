@@ -210,6 +210,7 @@ fn clouds_and_meshes() -> Vec<Format> {
         let seeds = seeds::world(file, format);
         all.push(Format::new(format!("world_{name}"), Form::Las, (file, readers::world), seeds));
     }
+    all.push(Format::new("map_e57", Form::Headed, ("map.e57", readers::cloud), of_others("clouds/*.e57")));
     all.push(Format::new("map_copc", Form::Las, ("map.laz", readers::cloud), of_others("clouds/*.copc.laz")));
     for (name, own) in mesh::files() {
         let (form, file, pattern) = match name {

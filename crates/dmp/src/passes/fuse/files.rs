@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use dmp_map::{Durability, MapError, MapFuser, Origin, Store};
+use dmp_map::{Durability, MapError, MapFuser, Origin, Store, Thickness};
 use dmp_runs::{PosedRun, Progress, Stage, so_far};
 
 use crate::passes::evaluation::Evaluation;
@@ -66,8 +66,15 @@ impl<M> Evaluation<'_, M> {
     }
 }
 
-/// Computes surfels from the fused sums and writes them to `path`; returns the map and the number of occupied
-/// voxels without a surfel.
+/// A map that was fused.
+pub(crate) struct Finished {
+    pub(crate) store: Store,
+    /// Occupied voxels without a surfel.
+    pub(crate) thin_voxels: u64,
+    pub(crate) thickness: Option<Thickness>,
+}
+
+/// Computes surfels from the fused sums and writes them to `path`.
 ///
 /// # Errors
 /// When it cannot be written.
@@ -77,7 +84,11 @@ pub(crate) fn finish(
     origin: &Origin,
     life: Life,
     progress: &dyn Progress,
-) -> Result<(Store, u64), MapError> {
+) -> Result<Finished, MapError> {
+    let lattice = *fuser.lattice();
     let summary = fuser.finish(path, origin, life.durability(), &so_far(progress, Stage::Surfels))?;
-    Ok((life.open(&summary.path)?, summary.thin_voxels))
+    let (store, thin_voxels) = (life.open(&summary.path)?, summary.thin_voxels);
+    let own_from_world = *store.own_from_world();
+    let thickness = summary.cells.thickness(&lattice).map(|thickness| thickness.posed(&own_from_world));
+    Ok(Finished { store, thin_voxels, thickness })
 }

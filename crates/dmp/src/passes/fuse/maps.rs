@@ -8,7 +8,7 @@ use dmp_map::{Lattice, MapFuser, Origin, Store};
 use dmp_runs::{EvaluateError, MapSource, PosedRun};
 
 use super::checkpoint::{Fused, Fusing};
-use super::files::finish;
+use super::files::{Finished, finish};
 use super::pass::{FusePass, Making};
 use crate::means::peak;
 use crate::passes::evaluation::Evaluation;
@@ -111,10 +111,12 @@ impl<M> Evaluation<'_, M> {
         let found = fuse_given(file, run.name(), self.settings.map_unit, into, self.progress)?;
         let origin = origin(run, format!("fused from {}", shown_path(file)));
         let finished = finish(fuser, &self.given_map_file(run), &origin, self.life(), self.progress);
-        let (store, thin_voxels) = finished.map_err(EvaluateError::map_of(run.name()))?;
+        let Finished { store, thin_voxels, thickness } =
+            finished.map_err(EvaluateError::map_of(run.name()))?;
         let (thin_voxels, points_dropped) = (Some(thin_voxels), found.dropped);
         EvaluateError::if_empty(file, &store, thin_voxels, points_dropped)?;
-        let facts = MapFacts { thin_voxels, points_dropped, notes: found.notes, ..MapFacts::default() };
+        let notes = found.notes;
+        let facts = MapFacts { thin_voxels, thickness, points_dropped, notes, ..MapFacts::default() };
         Ok(RunMap { store, facts })
     }
 }
@@ -136,9 +138,10 @@ impl<'a> Evaluation<'a, Making<RunMap>> {
                     let (path, life) = self.fused_file(&run);
                     let origin = origin(&run, self.provenance(&run));
                     let finished = finish(fuser, &path, &origin, life, self.progress);
-                    let (store, thin_voxels) = finished.map_err(EvaluateError::map_of(run.name()))?;
-                    let facts =
-                        MapFacts { fused: true, thin_voxels: Some(thin_voxels), ..MapFacts::default() };
+                    let Finished { store, thin_voxels, thickness } =
+                        finished.map_err(EvaluateError::map_of(run.name()))?;
+                    let thin_voxels = Some(thin_voxels);
+                    let facts = MapFacts { fused: true, thin_voxels, thickness, ..MapFacts::default() };
                     RunMap { store, facts }
                 }
                 Making::Given(map) => map,

@@ -8,5 +8,5 @@ mod part;
 mod pass;
 
 pub(crate) use checkpoint::Fused;
-pub(crate) use files::{Life, finish};
+pub(crate) use files::{Finished, Life, finish};
 pub(crate) use kept::KeptMaps;

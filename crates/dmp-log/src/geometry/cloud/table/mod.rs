@@ -65,6 +65,7 @@ impl TableWriter {
             CloudFormat::Pcd => {
                 file.write_all(column::pcd_head(columns, points).as_bytes()).map(|()| Output::Rows(file))
             }
+            CloudFormat::E57 => Err(io::Error::new(io::ErrorKind::Unsupported, "E57 is read, not written")),
             CloudFormat::Las | CloudFormat::Laz => {
                 LasRows::new(file, format == CloudFormat::Laz, columns, near_m)
                     .map(|rows| Output::Las(Box::new(rows)))
