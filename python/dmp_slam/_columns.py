@@ -51,6 +51,8 @@ def _run_row(rank: int, run: Mapping[str, Any]) -> dict[str, Any]:
         else:
             # Results of earlier versions may not have it.
             row[name if unit == "share" else field] = run.get(field)
+    thickness = run.get("thickness") or {}
+    row["thick_m"], row["thick_95_m"] = thickness.get("median_m"), thickness.get("p95_m")
     row["returns"], row["frames"], row["surfels"] = run["returns"], run["frames"], run["surfels"]
     return row
 

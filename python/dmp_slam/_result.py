@@ -34,6 +34,7 @@ class Result:
         self._text = output.text
         self._kept = kept
         self._page = page
+        self._words: str | None = None
         self._frames = frames
         self._tiles = tiles
         self._is_damaged = output.is_damaged
@@ -157,40 +158,26 @@ class Result:
     def _html(self) -> str:
         if self._page is None:
             with tempfile.TemporaryDirectory(prefix="dmp-") as folder:
-                result, page = Path(folder, "result.json"), Path(folder, "page.html")
-                result.write_text(self._text, encoding="utf-8")
-                execute(["compare", str(result), f"--report={page}", "--quiet"], progress=False)
+                page = Path(folder, "page.html")
+                self._compared([f"--report={page}", "--quiet"])
                 self._page = page.read_text(encoding="utf-8")
         return self._page
+
+    def _compared(self, options: list[str]) -> str:
+        """What the command prints of this result."""
+        with tempfile.TemporaryDirectory(prefix="dmp-") as folder:
+            result = Path(folder, "result.json")
+            result.write_text(self._text, encoding="utf-8")
+            return execute(["compare", str(result), *options], progress=False).text
 
     def _repr_html_(self) -> str:
         page = html.escape(self._html(), quote=True)
         return f'<iframe srcdoc="{page}" style="width: 100%; height: {_PAGE_HEIGHT}px; border: 0"></iframe>'
 
     def __repr__(self) -> str:
-        runs = {run["name"]: run for run in self.data["runs"]}
-        lines = [f"best: {self.best}" if self.best else "best: undecided"]
-        for rank, name in enumerate(self.order, start=1):
-            squares = runs[name]["r_cv_m2"] or {}
-            lengths = (f"{cut} m: {_columns.root(square):.3g} m" for cut, square in _given(squares))
-            lines.append(f"{rank}  {name}  R_cv at {', '.join(lengths)}" if squares else f"{rank}  {name}")
-        for pair in self.data["pairs"]:
-            lines.append(f"{_named(pair)}: {pair['reason']}")
-        return "\n".join(lines)
-
-
-def _named(pair: dict[str, Any]) -> str:
-    """The runs of a pair in the order of its reason: where one is better, that one first."""
-    a, b = pair["a"], pair["b"]
-    if pair["decided_at_m"] is None:
-        return f"{a}, {b}"
-    better = pair["better_on_the_whole"] or pair["verdict"]
-    return f"{better} against {b if better == a else a}"
-
-
-def _given(squares: dict[str, float | None]) -> list[tuple[str, float]]:
-    cuts = sorted(squares, key=float, reverse=True)
-    return [(cut, square) for cut in cuts if (square := squares[cut]) is not None]
+        if self._words is None:
+            self._words = self._compared([]).rstrip("\n")
+        return self._words
 
 
 def _asked(keyword: str, text: str | None) -> str:

@@ -37,8 +37,7 @@ def test_scores_are_those_of_the_command(town, runs, result):
 def test_a_result_has_order_verdicts_and_gates(result):
     assert result.order[0] == result.best == "truth"
     assert result.verdict("drift", "truth") == "truth"
-    assert repr(result).startswith("best: truth\n1  truth  R_cv at 10 m: ")
-    assert "\nnoise against drift: better globally: " in repr(result)
+    assert repr(result).startswith("truth is best: better than ") and "\n1  truth " in repr(result)
     assert result.gates_passed and not result.is_damaged
 
 

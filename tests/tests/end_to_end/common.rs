@@ -160,6 +160,7 @@ pub(crate) fn scores_in_parts(json: &[u8]) -> Value {
     let mut scores = scores(json);
     for run in scores["runs"].as_array_mut().unwrap() {
         run["surfels_contradicted"] = Value::Null;
+        run["thickness"] = Value::Null;
     }
     scores
 }

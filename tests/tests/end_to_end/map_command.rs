@@ -22,6 +22,47 @@ fn a_built_map_is_the_one_that_a_score_makes() {
 }
 
 #[test]
+fn a_cloud_alone_is_as_thick_as_the_map_of_its_log() {
+    let scored = once("score @/town.mcap -t @/truth.tum --voxel 0.5 --residuals returns.laz --json --quiet");
+    let (path, of_log) = (scored.folder.as_path(), scored.json()["runs"][0]["thickness"].clone());
+    let check = "map check returns.laz --voxel 0.5 --report page.html";
+    let found = json(path, check);
+    let metres = |thickness: &serde_json::Value, field: &str| thickness[field].as_f64().unwrap();
+    let [log_m, cloud_m] = [&of_log, &found["thickness"]].map(|thickness| metres(thickness, "median_m"));
+    assert!((cloud_m / log_m - 1.0).abs() < 0.1, "{cloud_m} m, {log_m} m in the log");
+    // The sensor has a noise of 2 cm along the ray, and sees the ground from the side.
+    assert!((0.002..0.02).contains(&log_m), "{log_m} m");
+    assert_eq!(of_log["layers"]["doubled"], 0);
+    assert_eq!(found["points"], scored.json()["runs"][0]["returns"]);
+    has(
+        &text(&std::fs::read(path.join("page.html")).unwrap()),
+        &["How good is returns.laz?", "data:image/png"],
+    );
+    has(
+        &done(path, check),
+        &["thickness", "(median), 95 % of the flat cells below", "double layers", "holes"],
+    );
+}
+
+#[test]
+fn what_has_no_points_is_not_checked() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    write(path, "floor.obj", "v 0 0 0\nv 9 0 0\nv 9 9 0\nf 1 2 3\n");
+    misused(path, "map check floor.obj", &["floor.obj: a mesh has surfaces without thickness"]);
+    once(BUILD).copy("truth.dmpmap", path);
+    misused(path, "map check truth.dmpmap", &["one disc for each voxel", "dmp score"]);
+    write(
+        path,
+        "few.ply",
+        "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nend_header\n1 2 3\n",
+    );
+    has(&done(path, "map check few.ply"), &["1 point", "thickness      not known: too few flat cells"]);
+    let found = json(path, "map check few.ply");
+    assert_eq!((&found["thickness"], &found["holes"]["count"]), (&serde_json::Value::Null, &0.into()));
+}
+
+#[test]
 fn messages_of_a_build_name_the_run_and_the_file_that_were_given() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
