@@ -60,7 +60,7 @@ fn sampled(scans: &[(i32, Vec<Point>)], order: impl Iterator<Item = usize>) -> S
 }
 
 fn measured(scans: &[(i32, Vec<Point>)]) -> Thickness {
-    sampled(scans, 0..scans.len()).thickness(&lattice()).unwrap()
+    sampled(scans, 0..scans.len()).thickness(&lattice(), 5).unwrap()
 }
 
 /// As a cloud: no point has a segment.

@@ -51,7 +51,7 @@ pub fn check_cloud<'a>(
             points,
             points_dropped: found.dropped,
             voxel_m: lattice.voxel_m(),
-            thickness: cells.thickness(&lattice).map(|found| Thickness {
+            thickness: cells.thickness(&lattice, 0).map(|found| Thickness {
                 // A cloud does not tell scans and visits apart.
                 sensor_median_m: None,
                 layers: search.found(),

@@ -97,7 +97,7 @@ pub fn map_of_cloud<'a>(
     let (found, finished) = pool.install(|| {
         let into = (&fuser, &Isometry3::identity());
         let found = fuse_given(cloud, &name, settings.map_unit, into, progress)?;
-        let finished = finish(fuser, output, &Origin::of(text), Life::User, progress)?;
+        let finished = finish(fuser, output, &Origin::of(text), (Life::User, 0), progress)?;
         Ok::<_, EvaluateError>((found, finished))
     })?;
     let Finished { store, thin_voxels, thickness } = finished;

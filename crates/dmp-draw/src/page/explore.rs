@@ -16,7 +16,10 @@ pub(super) fn contents(main: &str) -> String {
         let (title, _) = rest.split_once("</h2>")?;
         Some(format!("<li><a href=\"#{id}\">{title}</a></li>\n"))
     });
-    format!("<nav aria-label=\"Contents\">\n<ul>\n{}</ul>\n</nav>\n", heads.collect::<String>())
+    format!(
+        "<nav aria-label=\"Contents\">\n<details><summary>Contents</summary>\n<ul>\n{}</ul>\n</details></nav>\n",
+        heads.collect::<String>()
+    )
 }
 
 /// All numbers, as `dmp score --json` has them.

@@ -14,7 +14,7 @@ mod truth;
 mod words;
 
 use dmp_reduce::Basis;
-use dmp_report::Report;
+use dmp_report::{Report, Verdict};
 
 use crate::pictures::{Pictures, histogram, metre_decimals, profile};
 use crate::plot::escape;
@@ -56,10 +56,14 @@ pub fn page(input: &PageInput<'_>) -> Result<String, png::EncodingError> {
         _ => format!("Which map of {name} is best?"),
     };
     // Who is best, how the runs compare and where: the first screen. What is behind that comes after.
-    let mut main = verdict(input);
+    let [above, heights] = input.pictures.map(|pictures| ways(report, pictures)).unwrap_or_default();
+    let mut main = verdict(input, &above);
     main.push_str(&warnings(report));
     match input.pictures {
-        Some(pictures) => main.push_str(&where_and_when(report, pictures)?),
+        Some(pictures) => {
+            main.push_str(&where_and_when(report, pictures)?);
+            main.push_str(&section("trajectories", "All trajectories", &heights));
+        }
         None => main.push_str(&section("where", "Where", &paragraph(without_pictures(report)))),
     }
     main.push_str(&pairs(input));
@@ -107,14 +111,35 @@ fn extent(report: &Report) -> String {
     )
 }
 
-/// The sentence and the table.
-fn verdict(input: &PageInput<'_>) -> String {
+/// The sentence and the table, beside the trajectories.
+fn verdict(input: &PageInput<'_>, above: &str) -> String {
     let answer = crate::words::answer(input.report, words::strong);
+    let ranking = ranking::ranking(input.report);
     section(
         "verdict",
         "Verdict",
-        &format!("<p class=\"answer\">{answer}</p>\n{}", ranking::ranking(input.report)),
+        &format!(
+            "<p class=\"answer\">{answer}</p>\n<div class=\"first\"><div>{ranking}</div><div>{above}</div></div>\n"
+        ),
     )
+}
+
+/// The trajectories of the best runs. Of runs that are the same one is drawn, with the names of all.
+fn ways(report: &Report, pictures: &Pictures) -> [String; 2] {
+    let mut names: Vec<String> = report.runs.iter().map(|run| run.name.clone()).collect();
+    let mut drawn: Vec<usize> = Vec::new();
+    for &run in &pictures.order {
+        let name = &report.runs[run].name;
+        let is_same =
+            |other: &&usize| report.verdict_between(name, &report.runs[**other].name) == Some(&Verdict::Same);
+        match drawn.iter().find(is_same) {
+            Some(&other) => names[other] = format!("{} = {name}", names[other]),
+            None => drawn.push(run),
+        }
+    }
+    drawn.truncate(LINES);
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    trajectories::trajectories(pictures, &drawn, &names, PLOT_PX)
 }
 
 /// The pairs in words, and what failed.
@@ -178,9 +203,7 @@ fn where_and_when(report: &Report, pictures: &Pictures) -> Result<String, png::E
         count(pictures.sampled),
         count(report.inputs.returns_used)
     ));
-    let ways = trajectories::trajectories(pictures, &names, LINES, PLOT_PX);
-    let mut sections = section("trajectories", "All trajectories", &ways);
-    sections.push_str(&section("maps", "Where: residuals from above", &maps::residuals(pictures, &names)?));
+    let mut sections = section("maps", "Where: residuals from above", &maps::residuals(pictures, &names)?);
     sections.push_str(&section(
         "difference",
         "Where the best two differ",

@@ -5,40 +5,69 @@ use dmp_report::Report;
 use super::html::{cell, head, table, terms};
 use crate::plot::escape;
 use crate::text::{NONE, confidence, digits};
-use crate::words::{Ranking, RankingRow, beside, legend, more_is_better};
+use crate::words::{Mood, Ranking, RankingRow, Standing, beside, legend, more_is_better, standing};
 
 /// Width of the bars that show a score with its interval, pixels.
 const BAR_PX: f64 = 160.0;
 
-/// The table, and what its columns mean.
+/// The table of the runs as a terminal has it, and folded all scores and what the columns mean.
 pub(super) fn ranking(report: &Report) -> String {
     let ranking = crate::ranking(report);
-    let top_m2 =
-        ranking.rows.iter().filter_map(|row| row.interval_m2).map(|[_, high]| high).fold(0.0, f64::max);
-    let mut heads: Vec<String> =
-        ranking.columns.iter().map(|column| head(&unbroken(&column.title()), column.unit(), "")).collect();
-    let interval_title = format!("{} interval", confidence(report.promise.confidence));
-    heads.insert(1, head(&interval_title, ranking.unit(), ""));
-    let beside = beside(report);
-    let of_beside = beside.iter().map(|column| head(column.name, column.unit, ""));
-    heads.splice(0..0, [head("rank", "", ""), head("run", "", "name")].into_iter().chain(of_beside));
-    let row = |(place, row): (usize, &RankingRow<'_>)| {
-        let mut cells: Vec<String> = row.cells.iter().map(|text| cell(text, "")).collect();
-        cells.insert(1, format!("<td>{}</td>", whisker(&ranking, row, top_m2)));
+    let (beside, first) = (beside(report), report.order.first().map_or("", String::as_str));
+    // As in a terminal of 80 columns: the first two scores, and coverage.
+    let is_shown = |k: &usize| *k < 2 || ranking.columns[*k].column.name == "coverage";
+    let shown: Vec<usize> = (0..ranking.columns.len()).filter(is_shown).collect();
+    let head_of = |k: usize| head(&unbroken(&ranking.columns[k].title()), ranking.columns[k].unit(), "");
+    let [mut heads, mut all_heads] = [0, 1].map(|_| vec![head("rank", "", ""), head("run", "", "name")]);
+    let many = report.order.len() > 1;
+    heads.extend(many.then(|| head("verdict", "", "name")));
+    heads.extend(beside.iter().map(|column| head(column.name, column.unit, "")));
+    heads.extend(shown.iter().map(|&k| head_of(k)));
+    all_heads.extend((0..ranking.columns.len()).map(head_of));
+    let interval = format!("{} interval", confidence(report.promise.confidence));
+    all_heads.insert(3, head(&interval, ranking.unit(), ""));
+    let named = |row: &RankingRow<'_>| {
         let name = format!("<th scope=\"row\" class=\"name\">{}</th>", escape(&row.marked_name(report)));
-        let of_beside = beside.iter().map(|column| cell(&column.cells[place], ""));
-        cells.splice(0..0, [cell(&row.rank, ""), name].into_iter().chain(of_beside));
+        vec![cell(&row.rank, ""), name]
+    };
+    let row = |(place, row): (usize, &RankingRow<'_>)| {
+        let mut cells = named(row);
+        cells.extend(many.then(|| verdict(&standing(report, first, &row.run.name))));
+        cells.extend(beside.iter().map(|column| cell(&column.cells[place], "")));
+        cells.extend(shown.iter().map(|&k| cell(&row.cells[k], "")));
         cells
     };
-    let caption = format!("Best first; less is better, but for {}", more_is_better());
+    let top_m2 =
+        ranking.rows.iter().filter_map(|row| row.interval_m2).map(|[_, high]| high).fold(0.0, f64::max);
+    let all_of = |row: &RankingRow<'_>| {
+        let mut cells = named(row);
+        cells.extend(row.cells.iter().map(|text| cell(text, "")));
+        cells.insert(3, format!("<td>{}</td>", whisker(&ranking, row, top_m2)));
+        cells
+    };
     let rows: Vec<Vec<String>> = ranking.rows.iter().enumerate().map(row).collect();
-    let mut shown: Vec<&str> = ranking.columns.iter().map(|column| column.column.name).collect();
-    shown.extend(beside.iter().map(|column| column.name));
-    let meanings = terms(legend(report, &shown, false));
-    table(&caption, &heads, &rows)
-        + "<details><summary>What the columns mean</summary>\n"
-        + &meanings
-        + "</details>\n"
+    let all_rows: Vec<Vec<String>> = ranking.rows.iter().map(all_of).collect();
+    let mut names: Vec<&str> = ranking.columns.iter().map(|column| column.column.name).collect();
+    names.extend(beside.iter().map(|column| column.name));
+    names.extend(many.then_some("verdict"));
+    let caption = format!("Best first; less is better, but for {}", more_is_better());
+    [
+        table("Best first", &heads, &rows).as_str(),
+        "<details><summary>All scores, and what the columns mean</summary>\n",
+        &table(&caption, &all_heads, &all_rows),
+        &terms(legend(report, &names, false)),
+        "</details>\n",
+    ]
+    .concat()
+}
+
+fn verdict(standing: &Standing) -> String {
+    let class = match standing.mood {
+        Some(Mood::Good) => "verdict good",
+        Some(Mood::Bad) => "verdict bad",
+        _ => "verdict",
+    };
+    cell(&standing.text, class)
 }
 
 /// A number stays on the line of its unit.

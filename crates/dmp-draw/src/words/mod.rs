@@ -8,6 +8,7 @@ mod laid;
 mod map_check;
 mod ordered_pair;
 pub(crate) mod promise;
+mod standing;
 mod suite_words;
 pub(crate) mod warnings;
 
@@ -25,5 +26,6 @@ pub(crate) use laid::rigid;
 pub use map_check::{map_check, not_in_a_cloud};
 pub use ordered_pair::{OrderedPair, every_pair, main_pairs};
 pub use promise::promise;
+pub use standing::{Mood, Standing, standing};
 pub use suite_words::{OrderedVersions, log_word, ordered_versions, p_value, suite_answer, suite_promise};
 pub use warnings::warnings;

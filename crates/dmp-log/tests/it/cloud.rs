@@ -262,7 +262,7 @@ fn the_sinks_own_error_passes_through() {
     assert!(matches!(result, Err(Full::Disk)));
     assert_eq!(batches, 1);
     fs::write(&path, "%PDF").unwrap();
-    assert_says(&error(&path), &["a.las", "LAS, LAZ, PLY or PCD", "[25, 50, 44, 46]"]);
+    assert_says(&error(&path), &["a.las", "LAS, LAZ, PLY, PCD or E57", "[25, 50, 44, 46]"]);
     assert!(matches!(read_cloud(&path, None, |_| Err(Full::Disk)), Err(Full::Log(_))));
 }
 

@@ -3,7 +3,7 @@
 use super::sampled::CellSums;
 use crate::grid::{Lattice, UNITS_PER_M};
 use crate::surfels::smallest_eigenvector;
-use crate::voxels::{Independence, Moments};
+use crate::voxels::Moments;
 
 /// Points that a cell needs, that a visit needs to count as one, and that a voxel needs for a plane of its own.
 const CELL_POINTS: u64 = 20;
@@ -42,8 +42,8 @@ pub(crate) struct FlatCell {
 
 impl FlatCell {
     /// Of a cell whose points lie on one plane in every visit.
-    pub(crate) fn of(sums: &CellSums, lattice: &Lattice) -> Option<Self> {
-        let visits = visits_of(sums);
+    pub(crate) fn of(sums: &CellSums, lattice: &Lattice, reach: i32) -> Option<Self> {
+        let visits = visits_of(sums, reach);
         let mut all = Moments::default();
         visits.iter().for_each(|visit| all.merge_shifted(visit, [0; 3]));
         let seen: Vec<&Moments> = visits.iter().filter(|visit| visit.count >= VISIT_POINTS).collect();
@@ -101,15 +101,12 @@ pub(super) fn normal_of(sums: &CellSums) -> Option<[f64; 3]> {
 }
 
 /// The sums of each visit.
-fn visits_of(sums: &CellSums) -> Vec<Moments> {
+fn visits_of(sums: &CellSums, reach: i32) -> Vec<Moments> {
     let mut visits: Vec<Moments> = Vec::new();
     let mut last = None;
     for &(group, moments) in &sums.groups {
         let first = i64::from(group) << sums.level;
-        match visits
-            .last_mut()
-            .filter(|_| last.is_some_and(|last| first - last <= i64::from(Independence::SAME_VISIT)))
-        {
+        match visits.last_mut().filter(|_| last.is_some_and(|last| first - last <= i64::from(reach))) {
             Some(visit) => visit.merge_shifted(&moments, [0; 3]),
             None => visits.push(moments),
         }

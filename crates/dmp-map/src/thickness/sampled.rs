@@ -96,10 +96,11 @@ impl SampledCells {
         }
     }
 
-    /// The thickness of the map's flat places; `None` if these are too few.
-    pub fn thickness(&self, lattice: &Lattice) -> Option<Thickness> {
-        let of_cell =
-            |(cell, sums): (_, &CellSums)| Some((middle_m(lattice, cell), FlatCell::of(sums, lattice)?));
+    /// The thickness of the map's flat places; `None` if these are too few. Visits are more than `reach` segments apart.
+    pub fn thickness(&self, lattice: &Lattice, reach: i32) -> Option<Thickness> {
+        let of_cell = |(cell, sums): (_, &CellSums)| {
+            Some((middle_m(lattice, cell), FlatCell::of(sums, lattice, reach)?))
+        };
         let dense = self.cells().filter(|(_, sums)| sums.is_dense()).count() as u64;
         Thickness::of(&self.cells().filter_map(of_cell).collect::<Vec<_>>(), dense)
     }
@@ -107,7 +108,7 @@ impl SampledCells {
     /// The flat cells: their middles, world metres, and how thick they are, metres.
     pub fn flat_places(&self, lattice: &Lattice) -> Vec<([f64; 3], f64)> {
         let of_cell = |(cell, sums): (_, &CellSums)| {
-            Some((middle_m(lattice, cell), FlatCell::of(sums, lattice)?.thick_m))
+            Some((middle_m(lattice, cell), FlatCell::of(sums, lattice, 0)?.thick_m))
         };
         self.cells().filter_map(of_cell).collect()
     }

@@ -2,6 +2,7 @@
 
 use std::ops::RangeInclusive;
 
+use dmp_map::Independence;
 use dmp_sensor::{Vector3, along_m};
 
 use super::no_overlap::why_no_overlap;
@@ -92,6 +93,13 @@ impl RunPath {
         Some(first as i32..=end as i32 - 1)
     }
 
+    /// How many segments on another visit begins: as many as `pass_m` metres of travel have, and some at least.
+    pub fn revisit_reach(&self, pass_m: f64) -> i32 {
+        let Segments { starts, travel_m, .. } = &self.segments;
+        let of_pass = (pass_m * starts.len() as f64 / travel_m).min(starts.len() as f64) as i32;
+        of_pass.max(Independence::SAME_VISIT)
+    }
+
     /// The path through some of the scans, which have the ordinals 0, 1, 2, … then. Segments keep their numbers.
     #[must_use]
     pub fn through(&self, ordinals: impl Iterator<Item = Option<usize>>) -> Self {
@@ -120,6 +128,19 @@ impl RunPath {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn another_visit_begins_after_a_pass() {
+        let reach = |segments: usize, travel_m: f64| {
+            let segments = Segments { starts: (0..segments).collect(), travel_m, ..Segments::default() };
+            RunPath { segments, ..RunPath::default() }.revisit_reach(66.0)
+        };
+        // 12 m and more each; 1.5 m each; more than there are; none travelled.
+        assert_eq!(
+            [(100, 1200.0), (20, 3000.0), (80, 120.0), (16, 20.0), (9, 0.0)].map(|(n, m)| reach(n, m)),
+            [5, 5, 44, 16, 9]
+        );
+    }
 
     #[test]
     fn a_pass_has_the_segments_near_along_the_path() {

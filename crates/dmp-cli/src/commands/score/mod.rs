@@ -1,6 +1,5 @@
 //! `dmp score`: score and rank runs.
 
-mod against;
 mod details;
 pub(crate) mod outputs;
 mod pairs;

@@ -4,9 +4,8 @@ use std::io::{self, Write};
 
 use dmp::Report;
 use dmp_draw::text::{self, Side, Table, shortened, width_of};
-use dmp_draw::{Ranking, beside, ranking};
+use dmp_draw::{Mood, Ranking, Standing, beside, ranking, standing};
 
-use super::against::{Standing, standing};
 use super::sampling;
 use crate::console::{Terminal, Tone};
 
@@ -132,8 +131,8 @@ impl<'a> Ranked<'a> {
         table.painted(|row, column, cell| {
             let standing = row.checked_sub(HEAD).and_then(|row| self.standings.get(row));
             let tone = match columns[column].name {
-                "run" => standing.filter(|standing| standing.tone == Some(Tone::Good)).map(|_| Tone::Strong),
-                "verdict" => standing.and_then(|standing| standing.tone),
+                "run" => standing.filter(|standing| standing.mood == Some(Mood::Good)).map(|_| Tone::Strong),
+                "verdict" => standing.and_then(|standing| standing.mood).map(tone_of),
                 _ => None,
             };
             tone.map_or_else(|| cell.to_owned(), |tone| self.terminal.painted(tone, cell))
@@ -163,6 +162,14 @@ fn error_of_sample(report: &Report, ranking: &Ranking<'_>) -> Column {
     column.cells[1] = text::confidence(report.promise.confidence);
     ranking.unit().clone_into(&mut column.cells[2]);
     column
+}
+
+fn tone_of(mood: Mood) -> Tone {
+    match mood {
+        Mood::Good => Tone::Good,
+        Mood::Bad => Tone::Bad,
+        Mood::Open => Tone::Open,
+    }
 }
 
 fn width_of_all<'a>(columns: impl Iterator<Item = &'a Column>) -> usize {
@@ -208,4 +215,40 @@ fn blocks(columns: &[Column], width: usize) -> Vec<Vec<usize>> {
         blocks.push((0..GIVEN).chain([column]).collect());
     }
     blocks
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::example_reports;
+    use dmp::Verdict;
+
+    fn of(report: &Report, name: &str) -> String {
+        standing(report, &report.order[0], name).text
+    }
+
+    #[test]
+    fn a_standing_is_a_word_and_a_length() {
+        let mut report = example_reports::three_runs();
+        assert_eq!(of(&report, "truth"), "undecided");
+        assert_eq!(of(&report, "größe"), "undecided");
+        // Mean squares of 1 and 1.254 m²: roots of 1 and 1.12 m.
+        assert_eq!(of(&report, "drift"), "12.0 cm worse at 10 m");
+        assert_eq!(standing(&report, "truth", "drift").interval, "9.59 to 14.3 cm");
+        assert_eq!(standing(&report, "größe", "drift").text, "mixed, 10.8 cm worse at 10 m");
+        report.pairs.iter_mut().for_each(|pair| pair.verdict = Verdict::Same);
+        assert_eq!(of(&report, "drift"), "the same");
+        report.pairs.clear();
+        assert_eq!(of(&report, "drift"), "not compared");
+        let many = example_reports::many_runs(3);
+        assert_eq!(of(&many, "run 0"), "best");
+    }
+
+    #[test]
+    fn who_stands_first_around_a_cycle_may_be_worse() {
+        let mut report = example_reports::many_runs(3);
+        report.order.reverse();
+        assert_eq!(of(&report, "run 0"), "12.0 cm better at 10 m");
+        assert_eq!(of(&report, "run 2"), "first");
+    }
 }

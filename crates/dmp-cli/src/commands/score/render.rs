@@ -169,11 +169,11 @@ mod tests {
         let expected = "\
 truth and größe share the first rank. drift is worse.
 
-   run    verdict                   R_cv   R_cv   R_cv  coverage  revisit
-                                    10 m    2 m  0.5 m
-                                       m      m     cm         %        %
-1  truth  undecided                 1.50  0.400   10.0      81.2     34.5
-1  größe  undecided                 1.57  0.420   10.5      81.2     34.5
+   run    verdict                R_cv   R_cv   R_cv  coverage  revisit
+                                 10 m    2 m  0.5 m
+                                    m      m     cm         %        %
+1  truth  undecided              1.50  0.400   10.0      81.2     34.5
+1  größe  undecided              1.57  0.420   10.5      81.2     34.5
 3  drift  12.0 cm worse at 10 m     –      –      –      43.1     34.5
 
 rank      shared by runs between which nothing is decided
@@ -282,7 +282,7 @@ Compare within this log and settings only; 99 % sure that no \"worse\" is chance
         let json = serde_json::to_string(&report).unwrap().replace("run 0", &name);
         report = serde_json::from_str(&json).unwrap();
         let text = text_of(&report, false);
-        assert!(text.contains("\n1  a/very/long/…") && text.contains("monday/kiss  best "), "{text}");
+        assert!(text.contains("\n1  a/very/long/f…") && text.contains("monday/kiss  best "), "{text}");
         assert!(text.contains(" more columns, whole names: "), "{text}");
         assert!(text_of(&report, true).contains(&format!("\n1  {}", &name[..70])));
     }

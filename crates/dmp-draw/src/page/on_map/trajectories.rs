@@ -19,10 +19,15 @@ const FLATTEST: f64 = 0.25;
 /// Points of a way at most.
 const POINTS: usize = 1200;
 
-/// The ways of so many of the best runs from above, and their heights over the way. `names` are those of all runs.
-pub(crate) fn trajectories(pictures: &Pictures, names: &[&str], most: usize, size_px: [f64; 2]) -> String {
-    let runs: Vec<usize> = pictures.order.iter().copied().take(most).collect();
-    let Some(&best) = runs.first().filter(|_| pictures.frames.len() > 1) else { return String::new() };
+/// The ways of some runs, best first, from above; and what is said of them, with their heights over the way. `names` are
+/// those of all runs.
+pub(crate) fn trajectories(
+    pictures: &Pictures,
+    runs: &[usize],
+    names: &[&str],
+    size_px: [f64; 2],
+) -> [String; 2] {
+    let Some(&best) = runs.first().filter(|_| pictures.frames.len() > 1) else { return Default::default() };
     let ways: Vec<Vec<Point3<f64>>> = runs.iter().map(|&run| laid_onto(pictures, run, best)).collect();
     let named = runs.iter().enumerate().map(|(k, &run)| (format!("var(--s{k})"), names[run]));
     let key = keys(named).replacen("<ul class=\"keys\"", "<ul class=\"keys\" data-runs", 1);
@@ -31,10 +36,10 @@ pub(crate) fn trajectories(pictures: &Pictures, names: &[&str], most: usize, siz
          path.",
         names[best]
     ));
-    let above = from_above(pictures, &runs, names, &ways);
-    let heights = heights(pictures, &runs, names, &ways).to_element(size_px[0], size_px[1]);
-    let drawn = large(&figure(&above, "all runs from above; a dot is the start"));
-    text + &key + &drawn + &large(&figure(&heights, "height over the path"))
+    let above = from_above(pictures, runs, names, &ways);
+    let heights = heights(pictures, runs, names, &ways).to_element(size_px[0], size_px[1]);
+    let above = figure(&above, "all runs from above; a dot is the start");
+    [key.clone() + &above, text + &key + &large(&figure(&heights, "height over the path"))]
 }
 
 /// The positions of a run in the world of another, on whose places they are laid as one piece.
@@ -154,7 +159,7 @@ mod tests {
         let [one, other] = [0, 1].map(|run| laid_onto(&pictures, run, 0));
         let worst_m = one.iter().zip(&other).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
         assert!(worst_m < 1e-9, "{worst_m}");
-        let drawn = trajectories(&pictures, &["a", "<b>"], 6, [480.0, 300.0]);
+        let drawn = trajectories(&pictures, &[0, 1], &["a", "<b>"], [480.0, 300.0]).concat();
         assert!(drawn.contains("data-run=\"&lt;b&gt;\"") && drawn.contains("scan 7, 0.7 s, "), "{drawn}");
         assert_eq!(drawn.matches("<polyline class=\"s0\"").count(), 2);
     }
@@ -171,6 +176,6 @@ mod tests {
     fn one_scan_is_no_way() {
         let mut pictures = pictures(&Isometry3::identity());
         pictures.frames.truncate(1);
-        assert_eq!(trajectories(&pictures, &["a", "b"], 6, [480.0, 300.0]), "");
+        assert_eq!(trajectories(&pictures, &[0, 1], &["a", "b"], [480.0, 300.0]).concat(), "");
     }
 }

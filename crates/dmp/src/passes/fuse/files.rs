@@ -74,7 +74,7 @@ pub(crate) struct Finished {
     pub(crate) thickness: Option<Thickness>,
 }
 
-/// Computes surfels from the fused sums and writes them to `path`.
+/// Computes surfels from the fused sums and writes them to `path`. Visits are more than `revisit_reach` segments apart.
 ///
 /// # Errors
 /// When it cannot be written.
@@ -82,13 +82,14 @@ pub(crate) fn finish(
     fuser: MapFuser,
     path: &Path,
     origin: &Origin,
-    life: Life,
+    (life, revisit_reach): (Life, i32),
     progress: &dyn Progress,
 ) -> Result<Finished, MapError> {
     let lattice = *fuser.lattice();
     let summary = fuser.finish(path, origin, life.durability(), &so_far(progress, Stage::Surfels))?;
     let (store, thin_voxels) = (life.open(&summary.path)?, summary.thin_voxels);
     let own_from_world = *store.own_from_world();
-    let thickness = summary.cells.thickness(&lattice).map(|thickness| thickness.posed(&own_from_world));
+    let thickness =
+        summary.cells.thickness(&lattice, revisit_reach).map(|thickness| thickness.posed(&own_from_world));
     Ok(Finished { store, thin_voxels, thickness })
 }

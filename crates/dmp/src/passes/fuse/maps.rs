@@ -110,7 +110,7 @@ impl<M> Evaluation<'_, M> {
         let into = (&fuser, &world_from_own);
         let found = fuse_given(file, run.name(), self.settings.map_unit, into, self.progress)?;
         let origin = origin(run, format!("fused from {}", shown_path(file)));
-        let finished = finish(fuser, &self.given_map_file(run), &origin, self.life(), self.progress);
+        let finished = finish(fuser, &self.given_map_file(run), &origin, (self.life(), 0), self.progress);
         let Finished { store, thin_voxels, thickness } =
             finished.map_err(EvaluateError::map_of(run.name()))?;
         let (thin_voxels, points_dropped) = (Some(thin_voxels), found.dropped);
@@ -137,7 +137,8 @@ impl<'a> Evaluation<'a, Making<RunMap>> {
                     self.fused.scratch_bytes += fuser.scratch_bytes();
                     let (path, life) = self.fused_file(&run);
                     let origin = origin(&run, self.provenance(&run));
-                    let finished = finish(fuser, &path, &origin, life, self.progress);
+                    let reach = run.path.revisit_reach(self.settings.scales.lengths().pass_m);
+                    let finished = finish(fuser, &path, &origin, (life, reach), self.progress);
                     let Finished { store, thin_voxels, thickness } =
                         finished.map_err(EvaluateError::map_of(run.name()))?;
                     let thin_voxels = Some(thin_voxels);
