@@ -10,7 +10,7 @@ use crate::MapError;
 use crate::grid::{Lattice, TileSpan, TileTable};
 use crate::store::{Durability, Origin, StoreSummary};
 use crate::surfels::{SurfelCode, TileSurfels, surfels_of};
-use crate::thickness::{CellSampler, Sampled, SampledCells};
+use crate::thickness::{CellSampler, SampledCells, ScanSample};
 use crate::voxels::{Merged, OpenTiles, PartOfVoxel, RecentVoxels, Sums, TileMoments, VoxelRecord};
 use crate::write_map::{SummedTiles, write_map};
 
@@ -45,7 +45,7 @@ pub struct MapFuser {
 pub struct FuseBuffers {
     recent: RecentVoxels,
     by_tile: TileTable<Vec<PartOfVoxel>>,
-    sampled: Vec<Sampled>,
+    scan: ScanSample,
 }
 
 impl MapFuser {
@@ -68,9 +68,7 @@ impl MapFuser {
     }
 
     fn with(lattice: Lattice, budget_bytes: usize, scratch: ScratchFile<VoxelRecord>) -> Self {
-        // The sample of cells counts, too, but leaves half to the tiles.
-        let open_bytes = budget_bytes.saturating_sub(SampledCells::BYTES).max(budget_bytes / 2);
-        let (open, points) = (OpenTiles::new(open_bytes), AtomicU64::new(0));
+        let (open, points) = (OpenTiles::new(Self::tiles_bytes(budget_bytes)), AtomicU64::new(0));
         Self { lattice, open, points, scratch, sampler: Box::new(CellSampler::new(SampledCells::default())) }
     }
 
@@ -124,24 +122,51 @@ impl MapFuser {
         &self.lattice
     }
 
-    /// Adds points in world metres, seen in `segment` (0 to `i32::MAX - 1`), or in no known segment.
+    /// Memory for the sums of tiles in a budget: the sample of cells takes some, but leaves half.
+    pub fn tiles_bytes(budget_bytes: usize) -> usize {
+        budget_bytes.saturating_sub(SampledCells::BYTES).max(budget_bytes / 2)
+    }
+
+    /// Adds the points of one scan in world metres, seen in `segment` (0 to `i32::MAX - 1`), or in no known segment.
     ///
     /// # Errors
-    /// When a point lies outside the world; then some of the other points are in the map but not counted in
-    /// [`Self::points`]. Also when the scratch file cannot be written.
+    /// As [`Self::add_block`].
     pub fn add(
         &self,
         points_in_world_m: &[[f64; 3]],
         segment: Option<i32>,
         buffers: &mut FuseBuffers,
     ) -> Result<(), MapError> {
-        let FuseBuffers { recent, by_tile, sampled } = buffers;
+        let mut scan = std::mem::take(&mut buffers.scan);
+        let added = self.add_block(points_in_world_m, segment, buffers, &mut scan);
+        self.end_scan(segment, &mut scan);
+        buffers.scan = scan;
+        added
+    }
+
+    /// Ends a scan whose points were added in blocks.
+    pub fn end_scan(&self, segment: Option<i32>, scan: &mut ScanSample) {
+        self.sampler.add(&self.lattice, scan, segment);
+    }
+
+    /// Adds some points of a scan, as [`Self::add`]; [`Self::end_scan`] ends it.
+    ///
+    /// # Errors
+    /// When a point lies outside the world; then some of the other points are in the map but not counted in
+    /// [`Self::points`]. Also when the scratch file cannot be written.
+    pub fn add_block(
+        &self,
+        points_in_world_m: &[[f64; 3]],
+        segment: Option<i32>,
+        buffers: &mut FuseBuffers,
+        scan: &mut ScanSample,
+    ) -> Result<(), MapError> {
+        let FuseBuffers { recent, by_tile, .. } = buffers;
         for (_, list) in by_tile.all_mut() {
             list.clear();
         }
-        sampled.clear();
         recent.add(&self.lattice, points_in_world_m, |voxel, sums| {
-            self.sampler.sift(voxel, &sums, sampled);
+            self.sampler.sift(voxel, &sums, scan);
             let (tile, voxel) = self.lattice.in_tile(voxel);
             let list = by_tile.entry(tile);
             list.push(PartOfVoxel { voxel, sums });
@@ -150,7 +175,6 @@ impl MapFuser {
                 list.clear();
             }
         })?;
-        self.sampler.add(&self.lattice, sampled, segment);
         // Tiles that the sensor has left keep no buffers.
         by_tile.retain(|list| !list.is_empty());
         for (tile, list) in by_tile.all_mut() {

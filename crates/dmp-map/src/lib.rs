@@ -55,7 +55,7 @@ pub use sums::{SumsBlock, SumsFile, SumsList, merge_sums};
 pub use surfels::{LooseSurfels, WorldSurfel};
 pub use surfels::{Surfel, Tile, TileExtent, TileSource, smallest_eigenvector};
 pub use tally::{Crossing, Met, Tally};
-pub use thickness::{DoubledPlace, LayerSearch, Layers, SampledCells, Thickness};
+pub use thickness::{DoubledPlace, LayerSearch, Layers, SampledCells, ScanSample, Thickness};
 pub use thinned::thin_map;
 pub use triangle_sampler::TriangleSampler;
 pub use voxels::{BRICK_EDGE, Independence, Support, fused_bytes};

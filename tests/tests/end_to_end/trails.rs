@@ -1,8 +1,8 @@
 //! What moves is left out of the maps: against counts made ray by ray and surfel by surfel, with traffic and without.
 
 use dmp::{Config, Ego, FrameOrder, MapSource, Report, Run, fuse_maps};
-use dmp_sensor::{Scan, Trajectory};
-use dmp_sim::{LidarOptions, RecordingOptions, Route};
+use dmp_sensor::{Isometry3, Point3, Scan, Track, Trajectory, Translation3};
+use dmp_sim::{LidarOptions, RecordingOptions, Route, SlamErrors};
 
 use crate::common::{comparable, drift, noise, open, plain, recorded, runs_of, score, write_mcap};
 use crate::direct::{self, VOXEL_M};
@@ -63,6 +63,85 @@ fn traffic_hardly_blocks_and_a_street_without_loses_nothing() {
     });
     assert!(quiet[0] < 0.03, "{quiet:?}");
     assert!(busy[0] > 0.03 && busy[0] < 0.2 && busy[1] < quiet[1] + 0.1, "{quiet:?} {busy:?}");
+}
+
+#[test]
+fn drift_and_false_loops_are_charged_in_traffic_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("street.mcap");
+    let (scans, truth) = street(160, 40);
+    write_mcap(&path, &scans);
+    let false_loop = SlamErrors { seed: 1, false_loop_m: Some(10.0), ..SlamErrors::default() };
+    let report =
+        score(&path, &runs_of(&truth, &[("drift", drift(3.0)), ("false loop", false_loop)]), &plain());
+    for wrong in ["drift", "false loop"] {
+        let verdict = report.verdict_between("truth", wrong).unwrap();
+        assert_eq!(verdict.ahead(), Some("truth"), "{wrong}: {:?}", report.pair("truth", wrong));
+    }
+    let r2_m2 = |run: usize| report.runs[run].r_cv_m2.at(2.0).unwrap();
+    assert!(r2_m2(1) > 1.5 * r2_m2(0) && r2_m2(2) > 1.2 * r2_m2(0), "{:?}", [0, 1, 2].map(r2_m2));
+}
+
+/// A box beside the street on the first visit only: both visits are right, and disagree. That stays in the score.
+#[test]
+fn what_parks_on_one_visit_and_not_on_the_other_is_charged() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("street.mcap");
+    let (scans, truth) = street(220, 0);
+    let track = Track::new(&truth, Isometry3::identity(), i64::MAX);
+    let place = |scan: &Scan| track.world_from_sensor_at(scan.stamp_ns.unwrap()).unwrap();
+    // Where the drive comes to a second time, and when that is.
+    let near = |a: usize, b: usize| {
+        (place(&scans[a]).translation.vector - place(&scans[b]).translation.vector).norm() < 3.0
+    };
+    let (first, second) = (0..100)
+        .find_map(|a| (a + 80..scans.len()).find(|&b| near(a, b)).map(|b| (a, b)))
+        .expect("the drive revisits");
+    let parked = place(&scans[first]) * Translation3::new(0.0, 4.0, -0.8);
+    let half_m = [2.2, 1.0, 0.9];
+    let with_car = scans.iter().enumerate().map(|(number, scan)| {
+        let mut scan = scan.clone();
+        let Scan { stamp_ns, points_in_sensor_m, time_offsets_ns } = &mut scan;
+        for (point, offset_ns) in points_in_sensor_m
+            .iter_mut()
+            .zip(time_offsets_ns)
+            .filter(|_| number < usize::midpoint(first, second))
+        {
+            let sensor = track.world_from_sensor_at(stamp_ns.unwrap() + *offset_ns);
+            if let Some(share) = sensor.and_then(|sensor| enters(&parked, half_m, &sensor, *point)) {
+                *point = point.map(|c| c * share as f32);
+            }
+        }
+        scan
+    });
+    let of = |scans: &[Scan]| {
+        write_mcap(&path, scans);
+        let report = score(&path, &runs_of(&truth, &[]), &plain());
+        [shares(&report)[1], report.runs[0].r_cv_m2.at(2.0).unwrap()]
+    };
+    let ([blocked, r2_m2], [blocked_without, r2_without_m2]) =
+        (of(&with_car.collect::<Vec<_>>()), of(&scans));
+    assert!(
+        blocked > blocked_without + 0.001 && r2_m2 > r2_without_m2,
+        "{blocked} {blocked_without} {r2_m2} {r2_without_m2}"
+    );
+}
+
+/// Which share of a ray lies in front of a box, if it goes into it.
+fn enters(
+    middle: &Isometry3<f64>,
+    half_m: [f64; 3],
+    sensor: &Isometry3<f64>,
+    point: [f32; 3],
+) -> Option<f64> {
+    let in_box = middle.inverse() * sensor;
+    let [from, to] = [Point3::origin(), Point3::from(point.map(f64::from))].map(|p| in_box * p);
+    let (mut low, mut high) = (0.0f64, 1.0f64);
+    for k in 0..3 {
+        let [a, b] = [-half_m[k], half_m[k]].map(|side| (side - from[k]) / (to[k] - from[k]));
+        (low, high) = (low.max(a.min(b)), high.min(a.max(b)));
+    }
+    (low > 0.0 && low < high).then_some(low)
 }
 
 #[test]

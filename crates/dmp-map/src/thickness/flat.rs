@@ -1,6 +1,6 @@
 //! One flat cell: how thick it is, over all visits, within one, and by the sensor alone.
 
-use super::sampled::CellSums;
+use super::cell_sums::CellSums;
 use crate::grid::{Lattice, UNITS_PER_M};
 use crate::surfels::smallest_eigenvector;
 use crate::voxels::Moments;

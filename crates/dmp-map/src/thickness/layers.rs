@@ -118,7 +118,7 @@ fn two_layers(counts: &[u32]) -> Option<f64> {
     let of = |range: &[(f64, f64)]| {
         let n: f64 = range.iter().map(|(_, n)| n).sum();
         let mean = range.iter().map(|(at, n)| at * n).sum::<f64>() / n;
-        let spread = range.iter().map(|(at, n)| (at - mean).powi(2) * n).sum::<f64>() + n / 12.0;
+        let spread = range.iter().map(|(at, n)| (at - mean) * (at - mean) * n).sum::<f64>() + n / 12.0;
         (n, mean, spread)
     };
     let filled: Vec<(f64, f64)> =

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use dmp_disk::disk_space;
-use dmp_map::SCRATCH_VOXEL_BYTES;
+use dmp_map::{MapFuser, SCRATCH_VOXEL_BYTES};
 use dmp_runs::{EvaluateError, Means, SettingName, in_words};
 
 use super::sounding::Sounding;
@@ -52,7 +52,7 @@ impl<M: Sync + Send> Evaluation<'_, M> {
     /// Peak disk use: checkpoints keep partial sums until the end.
     fn disk_need(&self, sounding: &Sounding) -> DiskNeed {
         let (plan, means, runs) = (&self.plan, &self.means, &sounding.runs);
-        let budget_bytes = self.work.budget().map_bytes(runs.len()) as f64;
+        let budget_bytes = MapFuser::tiles_bytes(self.work.budget().map_bytes(runs.len())) as f64;
         let fuse_s = self.returns() as f64 * runs.len() as f64 * FUSE_S / means.threads as f64;
         let pauses = means.checkpoint_every.map_or(0.0, |every| fuse_s / every.as_secs_f64().max(1e-3));
         let aside: f64 = runs.iter().map(|run| run.put_aside(budget_bytes, pauses as u32)).sum();

@@ -1,6 +1,6 @@
 //! One pass over the log that fuses the maps.
 
-use dmp_map::{FuseBuffers, MapFuser};
+use dmp_map::{FuseBuffers, MapFuser, ScanSample};
 use dmp_reduce::FrameSet;
 use dmp_runs::{EvaluateError, PlannedFrame, PosedRun, Poser, Stage, posed};
 use dmp_sensor::{ReturnCounts, Scan};
@@ -80,6 +80,8 @@ struct FuseWorker<'p, G> {
     evaluation: &'p Evaluation<'p, Making<G>>,
     buffers: FuseBuffers,
     points: Vec<[f64; 3]>,
+    /// Of the scan at work, by run.
+    samples: Vec<ScanSample>,
     counts: ReturnCounts,
 }
 
@@ -91,6 +93,7 @@ impl<'p, G> FuseWorker<'p, G> {
             evaluation,
             buffers: FuseBuffers::default(),
             points: Vec::new(),
+            samples: evaluation.runs.iter().map(|_| ScanSample::default()).collect(),
             counts: ReturnCounts::default(),
         }
     }
@@ -98,19 +101,24 @@ impl<'p, G> FuseWorker<'p, G> {
 
 impl<G: Sync> Worker for FuseWorker<'_, G> {
     fn frame(&mut self, ordinal: usize, frame: &PlannedFrame, scan: &Scan) -> Result<(), EvaluateError> {
-        let Self { poser, evaluation, buffers, points, .. } = self;
+        let Self { poser, evaluation, buffers, points, samples, .. } = self;
+        let segments =
+            || evaluation.runs.iter().map(|run| Some((run.map.fuser()?, run.path.segment(ordinal)?)));
         let counts = poser.blocks((ordinal, frame), scan, |block| {
-            for (number, run) in evaluation.runs.iter().enumerate() {
-                let (Some(fuser), Some(segment)) = (run.map.fuser(), run.path.segment(ordinal)) else {
-                    continue;
-                };
+            for (number, (of_run, scan)) in segments().zip(&mut *samples).enumerate() {
+                let Some((fuser, segment)) = of_run else { continue };
                 points.clear();
                 points.extend(block.posed(number).map(|(_, ray)| ray.endpoint_in_world()));
-                let added = fuser.add(points, Some(segment), buffers);
-                added.map_err(EvaluateError::map_of(run.name()))?;
+                let added = fuser.add_block(points, Some(segment), buffers, scan);
+                added.map_err(EvaluateError::map_of(evaluation.runs[number].name()))?;
             }
             Ok::<(), EvaluateError>(())
         })?;
+        for (of_run, scan) in segments().zip(samples) {
+            if let Some((fuser, segment)) = of_run {
+                fuser.end_scan(Some(segment), scan);
+            }
+        }
         self.counts.merge(&counts);
         self.evaluation.progress.advance(counts.total());
         Ok(())
