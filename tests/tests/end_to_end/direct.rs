@@ -225,8 +225,15 @@ fn rounded(corner: Vector3<f64>, mean: Vector3<f64>, normal: Vector3<f64>) -> (V
     (corner + place / 8192.0, slopes.normalize())
 }
 
+/// The segments of 66 m of travel, five at least: what is farther is another visit.
+pub(crate) fn revisit_reach(report: &dmp::Report, run: usize) -> i64 {
+    let segments = &report.inputs.runs[run].segments;
+    let count = segments.count as f64;
+    ((66.0 * count / segments.travel_m).min(count) as i64).max(5)
+}
+
 /// The scores, directly, by name.
-pub(crate) fn scores(rays: &[Ray], discs: &[Disc]) -> BTreeMap<&'static str, f64> {
+pub(crate) fn scores(rays: &[Ray], discs: &[Disc], revisit_reach: i64) -> BTreeMap<&'static str, f64> {
     let mut sums: BTreeMap<&str, f64> = BTreeMap::new();
     let mut add = |name, value| *sums.entry(name).or_default() += value;
     for ray in rays {
@@ -238,7 +245,7 @@ pub(crate) fn scores(rays: &[Ray], discs: &[Disc]) -> BTreeMap<&'static str, f64
                 if ray.is_independent_of(disc, 1) {
                     zc = zc.min(t);
                 }
-                revisited |= t <= ray.z + 0.5 && ray.is_independent_of(disc, 5);
+                revisited |= t <= ray.z + 0.5 && ray.is_independent_of(disc, revisit_reach);
             }
         }
         let cut = |residual: f64, tau: f64| residual.powi(2).min(tau * tau);
@@ -273,7 +280,7 @@ fn the_pipeline_is_the_formulas() {
     let report = score(&path, &runs, &config);
     assert_eq!(report.config.voxel_m, VOXEL_M);
 
-    for (run, reported) in runs.iter().zip(&report.runs) {
+    for (number, (run, reported)) in runs.iter().zip(&report.runs).enumerate() {
         let segment_of = segments_of(&report, run, scans.len());
         let mut rays = rays(&scans, &in_world(&report, run), &segment_of);
         assert_eq!(rays.len() as u64, reported.returns + reported.returns_left_out);
@@ -285,7 +292,7 @@ fn the_pipeline_is_the_formulas() {
         assert_eq!(rays.len() as u64, reported.returns);
         assert!(reported.returns_left_out > 0);
         assert_eq!(reported.map.surfels_contradicted, Some(all - discs.len() as u64));
-        let sums = scores(&rays, &discs);
+        let sums = scores(&rays, &discs, revisit_reach(&report, number));
         let returns = rays.len() as f64;
         let (hits, covered) = (sums["hits"], sums["covered"]);
         let (cv, near) = (&reported.r_cv_m2, &reported.r_near_m2);

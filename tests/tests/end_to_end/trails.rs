@@ -45,7 +45,7 @@ fn what_is_left_out_is_that_of_counting_ray_by_ray() {
         assert_eq!(reported.returns + reported.returns_left_out, rays.len() as u64);
         rays.retain(|ray| !left_out.contains(&ray.voxel()));
         assert_eq!(reported.returns, rays.len() as u64);
-        let sums = direct::scores(&rays, &rest);
+        let sums = direct::scores(&rays, &rest, 5);
         let relative = (reported.dmp_sum_m2 / sums["DMP"] - 1.0).abs();
         assert!(relative < 1e-6, "{}: {} directly {}", reported.name, reported.dmp_sum_m2, sums["DMP"]);
         assert_eq!(reported.blocked_rate, Some(sums["blocked"] / rays.len() as f64));
@@ -78,8 +78,8 @@ fn drift_and_false_loops_are_charged_in_traffic_too() {
         let verdict = report.verdict_between("truth", wrong).unwrap();
         assert_eq!(verdict.ahead(), Some("truth"), "{wrong}: {:?}", report.pair("truth", wrong));
     }
-    let r2_m2 = |run: usize| report.runs[run].r_cv_m2.at(2.0).unwrap();
-    assert!(r2_m2(1) > 1.5 * r2_m2(0) && r2_m2(2) > 1.2 * r2_m2(0), "{:?}", [0, 1, 2].map(r2_m2));
+    let blocked = [0, 1, 2].map(|run| report.runs[run].blocked_rate.unwrap());
+    assert!(blocked[1] > blocked[0] + 0.05 && blocked[2] > blocked[0] + 0.05, "{blocked:?}");
 }
 
 /// A box beside the street on the first visit only: both visits are right, and disagree. That stays in the score.

@@ -201,6 +201,7 @@ fn option_of_log(setting: LogSetting) -> String {
         LogSetting::Topic => "--topic".into(),
         LogSetting::PointTime => "--point-time".into(),
         LogSetting::StampAt => "--stamp".into(),
+        LogSetting::BinLayout => "--bin-layout".into(),
         LogSetting::MadeWith => "`dmp convert log --made-with`".into(),
         LogSetting::TimeOffset => "--time-offset".into(),
         other => other.to_string(),

@@ -50,6 +50,7 @@ impl LogInput {
             topic: asked.get(&input::TOPIC),
             point_time: asked.get(&input::POINT_TIME).unwrap_or_default(),
             stamp_at: asked.get(&input::STAMP).unwrap_or_default(),
+            bin_layout: asked.get(&input::BIN_LAYOUT),
             ..LogOptions::default()
         };
         Self { path, options }

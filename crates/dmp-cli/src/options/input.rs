@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use dmp::PoseAt;
-use dmp_log::{PointTime, StampAt, TimeUnit};
+use dmp_log::{BinLayout, PointTime, StampAt, TimeUnit};
 
 use super::Group::{Input, PlaceAndTime};
 use super::extrinsic::Extrinsic;
@@ -80,6 +80,11 @@ pub(crate) static POINT_TIME: Opt<PointTime> = Opt {
     help: "Times of points: `s`, `ms`, `us` or `ns` after the scan's stamp; `absolute-s` … on the clock of the stamps; \
            `first-s` … on another clock, after the scan's first point; or `ignore`. Default: detected",
     ..Opt::text(Input, "point-time", "UNIT", "ns", parsed)
+};
+pub(crate) static BIN_LAYOUT: Opt<BinLayout> = Opt {
+    help: "How points of `.bin` files are laid out: names and types, little-endian; `t` are times. Default: found from the \
+           values",
+    ..Opt::text(Input, "bin-layout", "NAME:TYPE,…", "x:f4,y:f4,z:f4,intensity:f4,ring:u2,t:f4", parsed)
 };
 pub(crate) static EVERY: Opt<usize> = Opt {
     sets: Some(|config, every| config.every = every),
@@ -164,7 +169,7 @@ pub(crate) static KEYFRAMES: Opt<PathBuf> = Opt {
 };
 
 /// How the scans of a log are read.
-pub(crate) const READING: &[&dyn Entry] = &[&TOPIC, &POINT_TIME, &STAMP];
+pub(crate) const READING: &[&dyn Entry] = &[&TOPIC, &POINT_TIME, &STAMP, &BIN_LAYOUT];
 /// A log and its runs, and when and where their poses hold.
 pub(crate) const RUNS_ON_LOG: &[&dyn Entry] = &[
     &LOG,
@@ -174,6 +179,7 @@ pub(crate) const RUNS_ON_LOG: &[&dyn Entry] = &[
     &BETWEEN,
     &TOPIC,
     &POINT_TIME,
+    &BIN_LAYOUT,
     &STAMP,
     &EXTRINSIC,
     &MAX_TIME_GAP,
@@ -188,6 +194,7 @@ pub(crate) const RUN_ON_LOG: &[&dyn Entry] = &[
     &BETWEEN,
     &TOPIC,
     &POINT_TIME,
+    &BIN_LAYOUT,
     &STAMP,
     &EXTRINSIC,
     &MAX_TIME_GAP,

@@ -17,7 +17,7 @@ pub(super) fn contents(main: &str) -> String {
         Some(format!("<li><a href=\"#{id}\">{title}</a></li>\n"))
     });
     format!(
-        "<nav aria-label=\"Contents\">\n<details><summary>Contents</summary>\n<ul>\n{}</ul>\n</details></nav>\n",
+        "<nav aria-label=\"Contents\">\n<ul>\n<li><details><summary>Contents</summary>\n<ul>\n{}</ul>\n</details></li>\n</ul>\n</nav>\n",
         heads.collect::<String>()
     )
 }

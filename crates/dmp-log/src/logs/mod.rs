@@ -17,4 +17,5 @@ pub use las_log::MadeWith;
 pub use log_index::{FileRanges, LogIndex};
 pub use open::{open_log, survey_log};
 pub use outline::{LogOutline, outline_log};
+pub use scan_folder::{BinLayout, BinLayoutError};
 pub(crate) use scan_folder::{MAX_STAMPS_BYTES, parse_times};

@@ -101,6 +101,19 @@ impl<'a> Rows<'a> {
         }
     }
 
+    /// The place of every point and its values of two fields, where there are such.
+    pub(crate) fn values(
+        &self,
+        fields: [Option<Field>; 2],
+    ) -> impl Iterator<Item = ([f64; 3], [Option<f64>; 2])> {
+        let value =
+            move |point: &'a [u8], field: Field| self.raw(point, field).map_or(f64::NAN, RawTime::as_f64);
+        self.points().filter(|point| point.len() == self.layout.point_step).map(move |point| {
+            let place = self.layout.xyz.map(|field| value(point, field));
+            (place, fields.map(|field| field.map(|field| value(point, field))))
+        })
+    }
+
     /// Smallest and largest value of a field over the returns that have a place: rows without one often
     /// carry a zero for a time.
     pub(crate) fn extremes(&self, field: Field) -> Option<(f64, f64)> {

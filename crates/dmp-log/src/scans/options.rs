@@ -1,6 +1,6 @@
 //! How a log is to be read.
 
-use crate::{MadeWith, PointTime, StampAt};
+use crate::{BinLayout, MadeWith, PointTime, StampAt};
 
 /// How a log is to be read.
 #[derive(Debug, Clone, Default, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -11,6 +11,8 @@ pub struct LogOptions {
     pub point_time: PointTime,
     /// Which instant of a scan its stamp is.
     pub stamp_at: StampAt,
+    /// How the points of files without a header are laid out; `None`: as their values show.
+    pub bin_layout: Option<BinLayout>,
     /// What a file in world coordinates was made with; without it such a file is no log.
     pub made_with: Option<MadeWith>,
 }

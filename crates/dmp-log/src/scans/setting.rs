@@ -15,6 +15,8 @@ pub enum LogSetting {
     PointTime,
     /// [`LogOptions::stamp_at`](crate::LogOptions::stamp_at).
     StampAt,
+    /// [`LogOptions::bin_layout`](crate::LogOptions::bin_layout).
+    BinLayout,
     /// [`LogOptions::made_with`](crate::LogOptions::made_with).
     MadeWith,
     /// [`MadeWith::time_offset_ns`](crate::MadeWith::time_offset_ns).
@@ -27,6 +29,7 @@ impl fmt::Display for LogSetting {
             Self::Topic => "`topic`",
             Self::PointTime => "`point_time`",
             Self::StampAt => "`stamp_at`",
+            Self::BinLayout => "`bin_layout`",
             Self::MadeWith => "`made_with`",
             Self::TimeOffset => "`time_offset_ns`",
         })

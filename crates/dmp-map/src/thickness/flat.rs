@@ -59,7 +59,7 @@ impl FlatCell {
         let edge = f64::from(lattice.voxel_units());
         let is_broad = second.sqrt() >= LEAST_SPREAD * edge;
         let is_thin = within_units2 <= MOST_THICK * MOST_THICK * second;
-        let bent = MOST_BENT * in_voxels(sums)? + (BENT_ANYWAY * edge).powi(2);
+        let bent = MOST_BENT * in_voxels(sums)? + BENT_ANYWAY * edge * BENT_ANYWAY * edge;
         if !is_broad || !is_thin || within_units2 > bent {
             return None;
         }

@@ -13,10 +13,10 @@ use super::summary::Thickness;
 use crate::grid::{Lattice, MixHasher, UNITS_PER_M};
 use crate::voxels::{Moments, PackedSums};
 
-/// Cells that are kept: enough for a median to 5 %, in less than 2 MB.
-const MOST_CELLS: usize = 1024;
-/// Bytes of a cell of a drive, about.
-const CELL_BYTES: usize = 1700;
+/// Cells that are kept: enough for a median to 4 %.
+const MOST_CELLS: usize = 2048;
+/// Bytes of a cell of a drive, about: many have few points.
+const CELL_BYTES: usize = 1100;
 /// The cells of a map with the lowest hashes. Sums are integers and the hash depends on the cell alone, so any order of
 /// the points gives the same sample.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]

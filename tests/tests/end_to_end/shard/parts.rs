@@ -39,7 +39,7 @@ fn any_number_of_parts_gives_the_bits_of_one_process() {
         let lines = text(&output.stdout);
         lines
             .lines()
-            .filter(|line| !line.contains("thick") && !line.contains("  "))
+            .filter(|line| !line.contains("thick") && !line.contains("  ") && !line.contains("more columns"))
             .map(str::to_owned)
             .collect()
     };

@@ -169,15 +169,16 @@ mod tests {
         let expected = "\
 truth and größe share the first rank. drift is worse.
 
-   run    verdict                R_cv   R_cv   R_cv  coverage  revisit
-                                 10 m    2 m  0.5 m
-                                    m      m     cm         %        %
-1  truth  undecided              1.50  0.400   10.0      81.2     34.5
-1  größe  undecided              1.57  0.420   10.5      81.2     34.5
-3  drift  12.0 cm worse at 10 m     –      –      –      43.1     34.5
+   run    verdict                thick  R_cv   R_cv   R_cv  coverage  revisit
+                                        10 m    2 m  0.5 m
+                                    cm     m      m     cm         %        %
+1  truth  undecided               0.47  1.50  0.400   10.0      81.2     34.5
+1  größe  undecided               0.47  1.57  0.420   10.5      81.2     34.5
+3  drift  12.0 cm worse at 10 m   0.47     –      –      –      43.1     34.5
 
 rank      shared by runs between which nothing is decided
 verdict   RMS residual above the first's, on returns that both predict
+thick     RMS distance of points from the flat surface they lie on (median)
 R_cv      RMS range error, capped as headed, to what other scans saw
 coverage  share of returns on surfaces that other scans saw, too
 revisit   share of returns on surfaces that another visit saw
@@ -201,7 +202,7 @@ Compare within this log and settings only; 99 % sure that no \"worse\" is chance
         let text = text_of(&example_reports::one_run(), false);
         assert!(text.starts_with("truth was scored alone. "), "{text}");
         assert!(
-            text.contains("\n1  truth  1.50  0.400   10.0      81.2     34.5    2.00  3.46   2.1     12.3\n"),
+            text.contains("\n1  truth   0.47  1.50  0.400   10.0      81.2     34.5    2.00  3.46   2.1\n"),
             "{text}"
         );
         assert!(!text.contains("verdict") && !text.contains("pair"), "{text}");
@@ -282,7 +283,7 @@ Compare within this log and settings only; 99 % sure that no \"worse\" is chance
         let json = serde_json::to_string(&report).unwrap().replace("run 0", &name);
         report = serde_json::from_str(&json).unwrap();
         let text = text_of(&report, false);
-        assert!(text.contains("\n1  a/very/long/f…") && text.contains("monday/kiss  best "), "{text}");
+        assert!(text.contains("\n1  a/very/long…") && text.contains("monday/kiss  best "), "{text}");
         assert!(text.contains(" more columns, whole names: "), "{text}");
         assert!(text_of(&report, true).contains(&format!("\n1  {}", &name[..70])));
     }

@@ -14,6 +14,8 @@ use std::path::PathBuf;
 #[derive(Debug)]
 pub(crate) struct ScanFolder {
     pub(super) format: ScanFormat,
+    /// Of files without a header.
+    pub(super) bin: Option<Layout>,
     pub(super) entries: Vec<Entry>,
     pub(super) layouts: Vec<Layout>,
     pub(super) frames: Vec<FrameInfo>,
@@ -44,7 +46,7 @@ impl ScanFolder {
 
     /// Reads the points of a file into `data`.
     pub(super) fn rows_of<'a>(&'a self, entry: &Entry, data: &'a mut Vec<u8>) -> Result<Rows<'a>, LogError> {
-        let mut file = ScanFile::open(&entry.file.path, self.format, &self.count)?;
+        let mut file = ScanFile::open(&entry.file.path, (self.format, self.bin.as_ref()), &self.count)?;
         let known = file.known.clone();
         let changed = || known.changed_since(&entry.file);
         let layout = self.layouts.get(entry.layout).ok_or_else(changed)?;

@@ -1,5 +1,6 @@
 //! Opening a folder: which of its files can be read, and the summary of them.
 
+use super::bin;
 use super::entry::Entry;
 use super::found::FoundScans;
 use super::log::ScanFolder;
@@ -21,7 +22,12 @@ struct LookedAt {
 }
 
 impl LookedAt {
-    fn of(path: &Path, format: ScanFormat, count: &ReadCount, unpack: bool) -> Result<Self, LogError> {
+    fn of(
+        path: &Path,
+        format: (ScanFormat, Option<&Layout>),
+        count: &ReadCount,
+        unpack: bool,
+    ) -> Result<Self, LogError> {
         let mut file = ScanFile::open(path, format, count)?;
         let (points, cut) = file.whole_points(unpack)?;
         Ok(Self { file: file.known, layout: file.head.layout, points, cut })
@@ -47,10 +53,23 @@ impl ScanFolder {
             return Err(LogError::setting(&folder, LogSetting::Topic, topic, problem));
         }
         let stamps_ns = stamps::find(&folder, &files, &mut notes)?;
+        let bin = match (format, &options.bin_layout) {
+            (ScanFormat::Bin, said) => {
+                let (layout, note) = bin::layout_of(&folder, &files, said.as_ref())?;
+                notes.extend(note);
+                Some(layout)
+            }
+            (_, Some(said)) => {
+                let problem = "was given, but the scans are not .bin";
+                return Err(LogError::setting(&folder, LogSetting::BinLayout, said, problem));
+            }
+            (_, None) => None,
+        };
         let summary = LogSummary { notes, ..LogSummary::of(&folder, format.of_log()) };
         let (entries, layouts, frames) = (Vec::new(), Vec::new(), Vec::new());
         let mut log = Self {
             format,
+            bin,
             entries,
             layouts,
             frames,
@@ -78,10 +97,10 @@ impl ScanFolder {
         unpack: bool,
     ) -> Result<(), LogError> {
         let (mut names, mut damage, mut in_world) = (Vec::new(), DamageList::default(), None);
-        let (format, count) = (self.format, self.count.clone());
+        let (format, bin, count) = (self.format, self.bin.clone(), self.count.clone());
         let look = |path: &PathBuf| {
             let length = std::fs::metadata(path).map_err(|e| LogError::io(path, "open", e))?.len();
-            Ok((length, LookedAt::of(path, format, &count, unpack)))
+            Ok((length, LookedAt::of(path, (format, bin.as_ref()), &count, unpack)))
         };
         for (number, (path, looked_at)) in files.iter().zip(pool::in_order(files, look)).enumerate() {
             let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
@@ -138,10 +157,11 @@ impl ScanFolder {
             return Ok(());
         }
         let problem = format!(
-            "{} of {} files are no whole number of points of 16 bytes (float32 x, y, z, intensity): they have \
-             another layout",
+            "{} of {} files are no whole number of points of {} bytes ({}): they have another layout (--bin-layout)",
             thousands(cut),
-            thousands(self.entries.len())
+            thousands(self.entries.len()),
+            self.bin.as_ref().map_or(0, Layout::point_bytes),
+            self.bin.as_ref().map_or_else(String::new, |layout| layout.names().join(", "))
         );
         Err(LogError::malformed(&self.summary.path, PlaceInFile::WholeFile, problem))
     }

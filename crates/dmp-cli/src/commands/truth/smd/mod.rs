@@ -30,6 +30,7 @@ pub(super) static SPEC: Spec = Spec {
             &input::MORE_RUNS,
             &input::TOPIC,
             &input::POINT_TIME,
+            &input::BIN_LAYOUT,
             &input::EVERY,
             &input::EXTRINSIC,
             &scoring::VOXEL,

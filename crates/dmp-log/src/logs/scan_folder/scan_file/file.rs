@@ -4,7 +4,7 @@ use crate::file::{CountedFile, KnownFile, ReadCount, fill};
 use crate::logs::scan_folder::scan_file::format::ScanFormat;
 use crate::logs::scan_folder::scan_file::head::{Body, Head};
 use crate::logs::scan_folder::scan_file::{las, pcd, ply};
-use crate::points::{Field, Layout, NumberType};
+use crate::points::Layout;
 use crate::{LogError, ParseError, PlaceInFile};
 use dmp_lengths::thousands;
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
@@ -30,8 +30,12 @@ pub(crate) struct Cut {
 }
 
 impl ScanFile {
-    /// Opens a file and reads its head.
-    pub(crate) fn open(path: &Path, format: ScanFormat, count: &ReadCount) -> Result<Self, LogError> {
+    /// Opens a file and reads its head; `bin` is the layout of files without one.
+    pub(crate) fn open(
+        path: &Path,
+        (format, bin): (ScanFormat, Option<&Layout>),
+        count: &ReadCount,
+    ) -> Result<Self, LogError> {
         let file = count.open(path).map_err(|e| LogError::io(path, "open", e))?;
         let metadata = file.metadata().map_err(|e| LogError::io(path, "read", e))?;
         let known = KnownFile::new(path, &metadata);
@@ -39,7 +43,7 @@ impl ScanFile {
         let mut input = BufReader::with_capacity(BUFFER_BYTES, file);
         let in_file = |e: ParseError| e.in_file(path);
         let head = match format {
-            ScanFormat::Bin => bin_head(length).map_err(in_file),
+            ScanFormat::Bin => Ok(bin_head(length, bin)),
             ScanFormat::Pcd => pcd::head(&mut input, length).map_err(in_file),
             ScanFormat::Ply => ply::head(&mut input).map_err(in_file),
             ScanFormat::Las => las::head(path, &mut input, length),
@@ -157,15 +161,11 @@ fn read_data_line(input: &mut impl BufRead, line: &mut Vec<u8>) -> io::Result<Op
     Ok((count > 0).then_some(with_end))
 }
 
-fn bin_head(length: u64) -> Result<Head, ParseError> {
-    const POINT_BYTES: u32 = 16;
-    let field = |(name, offset): (&str, usize)| (name.to_owned(), Field { offset, kind: NumberType::F32 });
-    let named = [("x", 0), ("y", 4), ("z", 8), ("intensity", 12)].map(field).into();
-    let layout = Layout::new(named, false, POINT_BYTES)
-        .map_err(|problem| ParseError::new(PlaceInFile::WholeFile, problem))?;
+fn bin_head(length: u64, layout: Option<&Layout>) -> Head {
+    let layout = layout.cloned().unwrap_or_else(|| Layout::of_nothing(Vec::new(), false, 1));
     // A part of a point behind the whole ones is a point that was claimed.
-    let points = length.div_ceil(POINT_BYTES.into());
-    Ok(Head { layout, points, body: Body::Rows { data_at: 0 } })
+    let points = length.div_ceil(layout.point_bytes().into());
+    Head { layout, points, body: Body::Rows { data_at: 0 } }
 }
 
 fn whole_rows(data_at: u64, layout: &Layout, claimed: u64, length: u64) -> (u64, Option<Cut>) {

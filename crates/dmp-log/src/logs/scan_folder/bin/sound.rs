@@ -1,0 +1,302 @@
+//! Finds the layout of points without a header from their values.
+//!
+//! A byte of a number looks like the bytes at the same place in other points: the exponents of x are alike, a ring has a
+//! high byte of zero. Read with a wrong length of a point, places are mixed. So the length is the one at which the bytes
+//! of each place are least mixed: their mean entropy is smallest. The order of the points means nothing to it.
+
+use std::fs::File;
+use std::io::{Read as _, Seek as _, SeekFrom};
+use std::path::PathBuf;
+
+use dmp_disk::open_input;
+
+use super::layout::{BinLayout, KNOWN};
+use crate::points::{Layout, Rows};
+use crate::{LogError, PlaceInFile};
+
+/// Files that are looked at, and the bytes read of all together.
+const FILES: usize = 16;
+const ALL_BYTES: u64 = 1 << 20;
+/// Lengths of a point that are tried, bytes.
+const LENGTHS: std::ops::RangeInclusive<usize> = 8..=48;
+/// Fewer bytes tell no layout: the usual one is taken.
+const LEAST_BYTES: usize = 16_000;
+/// Several points together may be less mixed by their order: a part of the best length may be right if it is at most
+/// this much more mixed, bits.
+const BY_ORDER: f64 = 0.3;
+/// Bytes mixed at random are this much more mixed than those of the right length, bits.
+const CLEAR: f64 = 0.1;
+/// Share of points whose values must be possible.
+const POSSIBLE: f64 = 0.98;
+/// No LiDAR sees farther, metres; a smaller coordinate that is not zero is no float at all.
+const FARTHEST_M: f64 = 2000.0;
+const SMALLEST_M: f64 = 1e-8;
+/// Times of points are seconds on some clock, or at most nanoseconds of a second and a half.
+const MOST_TIME: f64 = 2e9;
+
+/// The layout of the files of a folder, and a note on where it is from; `said` if it was given.
+pub(in super::super) fn layout_of(
+    folder: &std::path::Path,
+    files: &[PathBuf],
+    said: Option<&BinLayout>,
+) -> Result<(Layout, Option<String>), LogError> {
+    let usual = || parsed(KNOWN[0].1);
+    if let Some(said) = said {
+        return Ok((said.layout().clone(), Some(format!("points of {said}, as given"))));
+    }
+    let samples = samples(files)?;
+    if samples.iter().map(Vec::len).sum::<usize>() < LEAST_BYTES {
+        return Ok((usual(), None));
+    }
+    let lengths = lengths_of(&samples);
+    let wrong = |problem: String| {
+        let known: Vec<String> = KNOWN.iter().map(|(whose, text)| format!("{text} ({whose})")).collect();
+        let problem = format!(
+            "{problem}. Say the layout, as --bin-layout {}; known are {}",
+            KNOWN[2].1,
+            known.join("; ")
+        );
+        LogError::malformed(folder, PlaceInFile::WholeFile, problem)
+    };
+    let Some(&length) = lengths.first() else {
+        return Err(wrong("the files have no header, and their bytes repeat at no length of a point".into()));
+    };
+    let of_length =
+        |length: usize| KNOWN.iter().filter(move |(_, text)| parsed(text).point_bytes() as usize == length);
+    let mut of_lengths = lengths.iter().flat_map(|&length| of_length(length));
+    let Some((whose, text)) = of_lengths.find(|(_, text)| fits(&parsed(text), &samples)) else {
+        let scaled =
+            if length == 8 { ": NCLT's have 16-bit integers, see docs/guide/datasets.md" } else { "" };
+        return Err(wrong(format!(
+            "the files have no header; points have {length} bytes by their values, which fit no layout known here{scaled}"
+        )));
+    };
+    let note = (*text != KNOWN[0].1)
+        .then(|| format!("points of {text}, as {whose} has them: found from the values"));
+    Ok((parsed(text), note))
+}
+
+fn parsed(text: &str) -> Layout {
+    // Those of the table are right: a test reads them all.
+    text.parse::<BinLayout>()
+        .map_or_else(|_| Layout::of_nothing(Vec::new(), false, 16), |layout| layout.layout().clone())
+}
+
+/// The first bytes of some of the files.
+fn samples(files: &[PathBuf]) -> Result<Vec<Vec<u8>>, LogError> {
+    let count = files.len().min(FILES);
+    let chosen = (0..count).map(|k| &files[k * files.len() / count]);
+    let read = |path: &PathBuf| {
+        let io = |e| LogError::io(path, "read", e);
+        let mut bytes = Vec::new();
+        let mut file: File = open_input(path).map_err(|e| LogError::io(path, "open", e))?;
+        file.seek(SeekFrom::Start(0)).map_err(io)?;
+        file.take(ALL_BYTES / count as u64).read_to_end(&mut bytes).map_err(io)?;
+        Ok(bytes)
+    };
+    chosen.map(read).collect()
+}
+
+/// The lengths of a point at which the bytes of each place are least mixed, shortest first; none if no length stands out.
+fn lengths_of(samples: &[Vec<u8>]) -> Vec<usize> {
+    let mixed: Vec<(usize, f64)> = LENGTHS.map(|length| (length, mean_entropy(samples, length))).collect();
+    let Some(&(longest, least)) = mixed.iter().min_by(|a, b| a.1.total_cmp(&b.1)) else { return Vec::new() };
+    let most = mixed.iter().map(|(_, bits)| *bits).fold(0.0, f64::max);
+    let may_be = |&(length, bits): &(usize, f64)| longest % length == 0 && bits <= least + BY_ORDER;
+    let found = mixed.into_iter().filter(|_| most - least > CLEAR).filter(may_be);
+    found.map(|(length, _)| length).collect()
+}
+
+/// Mean over the places in a point of the entropy of their bytes, bits; corrected for the number of points (Miller 1955).
+fn mean_entropy(samples: &[Vec<u8>], length: usize) -> f64 {
+    let mut counts = vec![[0u32; 256]; length];
+    for sample in samples {
+        for point in sample.chunks_exact(length) {
+            point.iter().zip(&mut counts).for_each(|(&byte, counts)| counts[usize::from(byte)] += 1);
+        }
+    }
+    let entropy = |counts: &[u32; 256]| {
+        let all: f64 = counts.iter().copied().map(f64::from).sum();
+        let shares = || counts.iter().filter(|count| **count > 0).map(|count| f64::from(*count) / all);
+        shares().map(|share| -share * libm::log2(share)).sum::<f64>()
+            + (shares().count() as f64 - 1.0) / (2.0 * all * std::f64::consts::LN_2)
+    };
+    counts.iter().map(entropy).sum::<f64>() / length as f64
+}
+
+/// Whether the values of almost all points are possible in a layout.
+fn fits(layout: &Layout, samples: &[Vec<u8>]) -> bool {
+    let (mut all, mut possible) = (0u64, 0u64);
+    let mut extremes = [f64::INFINITY, f64::NEG_INFINITY];
+    let times = ["t", "offset_time", "time_offset_ns"].into_iter().find_map(|name| layout.field(name));
+    let ring = layout.field("ring");
+    for sample in samples {
+        let rows = Rows::one(layout, sample, sample.len() / layout.point_bytes().max(1) as usize);
+        for (place_m, [ring, time]) in rows.values([ring, times]) {
+            let is_place = place_m
+                .iter()
+                .all(|c| c.is_nan() || (c.abs() < FARTHEST_M && (*c == 0.0 || c.abs() > SMALLEST_M)));
+            let is_ring = ring.is_none_or(|ring| (0.0..256.0).contains(&ring) && ring.fract() == 0.0);
+            let is_time = time.is_none_or(|time| time == 0.0 || (1e-12..MOST_TIME).contains(&time.abs()));
+            all += 1;
+            possible += u64::from(is_place && is_ring && is_time);
+            if let Some(time) = time.filter(|time| time.is_finite()) {
+                extremes = [extremes[0].min(time), extremes[1].max(time)];
+            }
+        }
+    }
+    // Times are not all one.
+    let are_times = times.is_none() || extremes[0] < extremes[1];
+    are_times && possible as f64 >= POSSIBLE * all as f64 && all > 0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Numbers from 0 to 1, the same each time.
+    struct Random(u64);
+
+    impl Random {
+        fn uniform(&mut self) -> f64 {
+            self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (self.0 >> 11) as f64 / (1u64 << 53) as f64
+        }
+
+        fn normal(&mut self) -> f64 {
+            (0..12).map(|_| self.uniform()).sum::<f64>() - 6.0
+        }
+    }
+
+    /// A street as a turning LiDAR of 32 beams sees it, in the order of firing, of rings, or shuffled.
+    fn street(random: &mut Random, order: usize) -> Vec<([f64; 3], f64, f64)> {
+        let (half_m, ahead_m) = (5.0 + 10.0 * random.uniform(), 20.0 + 60.0 * random.uniform());
+        let mut points = Vec::new();
+        for step in 0..400 {
+            for ring in 0..32 {
+                let azimuth = f64::from(step) / 400.0 * std::f64::consts::TAU;
+                let elevation = (f64::from(ring) - 22.0) * 0.023;
+                let direction =
+                    [azimuth.cos() * elevation.cos(), azimuth.sin() * elevation.cos(), elevation.sin()];
+                let to = |height_m: f64, along: f64| {
+                    if along.abs() < 1e-9 { f64::INFINITY } else { (height_m / along).max(0.0) }
+                };
+                let walls_m = to(half_m * direction[1].signum(), direction[1])
+                    .min(to(ahead_m * direction[0].signum(), direction[0]));
+                let ground_m = if direction[2] < 0.0 { to(-1.8, direction[2]) } else { f64::INFINITY };
+                let range_m = walls_m.min(ground_m) + 0.02 * random.normal();
+                if range_m > 1.0 && range_m < 120.0 {
+                    points.push((direction.map(|c| c * range_m), f64::from(ring), f64::from(step) / 4000.0));
+                }
+            }
+        }
+        match order {
+            0 => (),
+            1 => points.sort_by(|a, b| a.1.total_cmp(&b.1)),
+            _ => {
+                for k in (1..points.len()).rev() {
+                    points.swap(k, (random.uniform() * (k + 1) as f64) as usize);
+                }
+            }
+        }
+        points
+    }
+
+    fn bytes_of(text: &str, points: &[([f64; 3], f64, f64)], random: &mut Random) -> Vec<u8> {
+        let has_shares = random.uniform() < 0.5;
+        let mut bytes = Vec::new();
+        for (place_m, ring, time_s) in points {
+            for part in text.split(',') {
+                let (name, kind) = part.split_once(':').unwrap();
+                let grey = (255.0 * random.uniform()).floor();
+                let value = match name {
+                    "x" => place_m[0],
+                    "y" => place_m[1],
+                    "z" => place_m[2],
+                    "ring" => *ring,
+                    "t" if kind.starts_with('f') => *time_s,
+                    "t" | "offset_time" | "time_offset_ns" => 1e9 * time_s,
+                    "velocity" => 3.0 * random.normal(),
+                    "range" => 1e3 * place_m.iter().map(|c| c * c).sum::<f64>().sqrt(),
+                    "intensity" if has_shares && kind == "f4" => grey / 255.0,
+                    "tag" => 16.0,
+                    _ => grey,
+                };
+                match kind {
+                    "f4" => bytes.extend((value as f32).to_le_bytes()),
+                    "f8" => bytes.extend(value.to_le_bytes()),
+                    "u1" => bytes.push(value as u8),
+                    "u2" => bytes.extend((value as u16).to_le_bytes()),
+                    "u4" => bytes.extend((value as u32).to_le_bytes()),
+                    "i4" => bytes.extend((value as i32).to_le_bytes()),
+                    _ => unreachable!("{kind}"),
+                }
+            }
+        }
+        bytes
+    }
+
+    #[test]
+    fn every_known_layout_is_found_from_the_values_of_one_file() {
+        each_is_found(6);
+    }
+
+    #[test]
+    #[ignore = "nightly: a hundred files of each layout"]
+    fn every_known_layout_is_found_a_hundred_times() {
+        each_is_found(100);
+    }
+
+    fn each_is_found(files: u64) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("1.bin");
+        for (whose, text) in KNOWN {
+            for number in 0..files {
+                let mut random = Random(1 + number);
+                let points = street(&mut random, number as usize % 3);
+                std::fs::write(&path, bytes_of(text, &points, &mut random)).unwrap();
+                let (found, note) = layout_of(folder.path(), std::slice::from_ref(&path), None).unwrap();
+                assert_eq!(found, parsed(text), "{whose} {number}: {note:?}");
+                assert_eq!(note.is_none(), whose == "KITTI");
+            }
+        }
+    }
+
+    #[test]
+    fn what_fits_no_layout_is_refused_with_its_length() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("1.bin");
+        let refused = |bytes: &[u8]| {
+            std::fs::write(&path, bytes).unwrap();
+            layout_of(folder.path(), std::slice::from_ref(&path), None).unwrap_err().to_string()
+        };
+        let mut random = Random(5);
+        let points = street(&mut random, 0);
+        let strange = refused(&bytes_of("x:f4,y:f4,z:f4,a:u2,b:u2,c:u2,d:u1", &points, &mut random));
+        assert!(
+            strange.contains("points have 19 bytes by their values") && strange.contains("--bin-layout"),
+            "{strange}"
+        );
+        let nclt: Vec<u8> = points
+            .iter()
+            .flat_map(|(place_m, ring, _)| {
+                let steps = place_m.map(|c| (((c + 100.0) / 0.005) as u16).to_le_bytes());
+                [steps.as_flattened(), &[40, *ring as u8]].concat()
+            })
+            .collect();
+        assert!(
+            refused(&nclt)
+                .contains("points have 8 bytes by their values, which fit no layout known here: NCLT's")
+        );
+        let noise: Vec<u8> = (0..100_000).map(|_| (256.0 * random.uniform()) as u8).collect();
+        assert!(refused(&noise).contains("their bytes repeat at no length of a point"));
+    }
+
+    #[test]
+    fn a_few_points_are_taken_as_usual() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("1.bin");
+        std::fs::write(&path, [1.0f32, 2.0, 3.0, 0.5].map(f32::to_le_bytes).as_flattened()).unwrap();
+        assert_eq!(layout_of(folder.path(), &[path], None).unwrap(), (parsed(KNOWN[0].1), None));
+    }
+}
