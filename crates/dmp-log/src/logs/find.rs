@@ -53,6 +53,10 @@ fn find(path: &Path) -> Result<Found, LogError> {
     }
     let looked_for = if start.starts_with(ROS1_MAGIC) {
         ROS1_ADVICE.to_owned()
+    } else if start.starts_with(&[0x28, 0xb5, 0x2f, 0xfd]) {
+        "packed with zstd: unpack it with `zstd -d FILE`".to_owned()
+    } else if start.starts_with(&[0x1f, 0x8b]) {
+        "packed with gzip: unpack it with `gunzip FILE`".to_owned()
     } else if path.file_name().is_some_and(|name| name == "metadata.yaml") {
         "what describes a rosbag2 folder: name the folder that it is in".to_owned()
     } else {

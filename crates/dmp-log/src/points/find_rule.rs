@@ -32,11 +32,22 @@ const NEAR_PERIODS: f64 = 2.0;
 /// Scans of which one may be left out: the others are to outnumber it.
 pub(crate) const ENOUGH: usize = 4;
 
-/// Position in `names` of the fields that may hold times, the clearest first.
+/// Whether this is a name under which drivers store the time of a point: if its values are none, something is wrong.
+pub(crate) fn is_time_name(name: &str) -> bool {
+    FIELD_NAMES.contains(&name)
+}
+
+/// Position in `names` of the fields that may hold times, the clearest first; then those that only sound like it, whose
+/// values decide.
 pub(crate) fn candidates<'a>(names: &[&'a str]) -> Vec<(usize, &'a str)> {
-    FIELD_NAMES
-        .iter()
-        .filter_map(|wanted| names.iter().position(|name| name == wanted))
+    let known = FIELD_NAMES.iter().filter_map(|wanted| names.iter().position(|name| name == wanted));
+    let sounds = |name: &str| {
+        let name = name.to_ascii_lowercase();
+        (name.contains("time") || name.contains("stamp")) && !FIELD_NAMES.contains(&name.as_str())
+    };
+    let like = names.iter().enumerate().filter(|(_, name)| sounds(name) && !is_time_name(name));
+    known
+        .chain(like.map(|(index, _)| index))
         .filter_map(|index| names.get(index).map(|&name| (index, name)))
         .collect()
 }
@@ -167,6 +178,13 @@ mod tests {
                 FieldExtremes { frame: k as usize, stamp_ns, smallest, largest }
             })
             .collect()
+    }
+
+    #[test]
+    fn names_that_sound_like_times_come_last() {
+        let names = ["x", "time_offset_ns", "intensity", "stamps", "t", "timestampSec", "rel_time", "line"];
+        let found: Vec<&str> = candidates(&names).into_iter().map(|(_, name)| name).collect();
+        assert_eq!(found, ["t", "time_offset_ns", "stamps", "timestampSec", "rel_time"]);
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! Which field of a log's points holds their times, and what it means there.
 
+use super::find_rule::is_time_name;
 use super::find_rule::{Finding, USUAL_PERIOD_NS, find_rule, find_rule_of_most};
 use super::{FieldExtremes, Layout, Origin, PointTime, StampAt, TimeRule, candidates};
 use crate::{LogError, LogOptions, LogSetting};
@@ -90,6 +91,7 @@ pub(crate) fn choose_time(
                 let seen = &well(seen, odd_frame);
                 let later =
                     fields.iter().zip(&seen_of_fields).skip_while(|(other, _)| *other != field).skip(1);
+                let later = later.filter(|(other, _)| is_time_name(other));
                 let disagree = || disagreement(rule, seen, later, odd_frame, period_ns);
                 if let Some((other, problem)) = given.is_none().then(disagree).flatten() {
                     let field = format!("in fields `{field}` and `{other}`");
@@ -104,7 +106,12 @@ pub(crate) fn choose_time(
                     "field `{field}` is the same for all points of a scan: no times of points"
                 ));
             }
-            Finding::Unclear(problem) => unclear = unclear.or(Some((field, problem))),
+            Finding::Unclear(problem) if is_time_name(field) => {
+                unclear = unclear.or(Some((field, problem)));
+            }
+            Finding::Unclear(problem) => {
+                notes.push(format!("field `{field}` sounds like times of points and is not used: {problem}"));
+            }
         }
     }
     match unclear {

@@ -208,7 +208,7 @@ fn what_is_wrong_is_named_with_line_column_and_value() {
             (&format!("{pair}1.5,0,1,2,3,0,0,0,1\n"), "`1.5` in the column `secs` is no whole number"),
             ("time,x,y,z\n0,1,2,3\n", "line 1: no quaternion among the columns `time,x,y,z` | places alone"),
             ("time,x,y,z,qx,qy,qz,qw\n", "no poses"),
-            ("a,b\n1,2\n", "line 1: 2 columns | nor columns with names"),
+            ("a,b\n1,2\n", "line 1: 2 columns | name the columns"),
         ],
     );
     let given = read_trajectory_as(&file("1 2 3\n").1, Some(TrajectoryFormat::Csv), None).unwrap_err();

@@ -235,7 +235,7 @@ fn row_18_other_faults_are_named_with_their_line() {
             ("# only a comment\n\n", "no poses"),
             ("EDGE_SE3:QUAT 0 1\n", "no poses"),
             ("a,b\n", "line 1 | 2 columns | `a` | TUM | KITTI"),
-            ("1 2 3.5\n", "3 columns | nor Redwood"),
+            ("1 2 3.5\n", "3 columns of numbers | Redwood"),
         ],
     );
     assert_says(&refused(b"0.1 1 2 3 0 0 0 1\n\xff\xfe 1 2"), &["line 2", "not text: [ff, fe"]);
@@ -413,4 +413,72 @@ fn raw_poses_stay_as_they_are_written() {
         |text: &str, format| read_raw_trajectory(&file(text).1, Some(format)).unwrap_err().to_string();
     assert_says(&error("1 0 0 0 0 0 0 1\n", Kitti), &["run.txt: line 1", "8 columns", "12"]);
     assert_says(&error("# nothing\n", Tum), &["no poses"]);
+}
+
+/// Those of `MulRan`, KITTI-360, and what else has matrices in lines: the values say which numbers are what.
+#[test]
+fn lines_with_a_matrix_are_told_apart_by_their_values() {
+    let rows = |second: i64| {
+        let (s, c) = (0.1 * second as f64).sin_cos();
+        format!("{c} {} 0 {} {s} {c} 0 4025000 0 0 1 20", -s, 353_000 + 2 * second)
+    };
+    let stamped = |stamp: &dyn Fn(i64) -> String, last: &str| -> String {
+        (0..9).map(|k| format!("{} {}{last}\n", stamp(k), rows(k)).replace(' ', ",")).collect()
+    };
+    let ns = |k: i64| format!("{}000000000", 1_564_718_964 + k);
+    let seconds = |k: i64| format!("{}.25", 1_564_718_964 + k);
+    for (text, offset_ns) in [
+        (stamped(&ns, ""), 0),
+        (stamped(&ns, " 0 0 0 1"), 0),
+        (stamped(&seconds, ""), 250_000_000),
+        (stamped(&seconds, " 0 0 0 1").replace(',', " "), 250_000_000),
+    ] {
+        let run = read(&text).unwrap();
+        assert_eq!((run.format, run.trajectory.len()), (TrajectoryFormat::Matrices, 9));
+        let stamps_ns = run.trajectory.stamps_ns().unwrap();
+        assert_eq!(stamps_ns[8], 1_564_718_972_000_000_000 + offset_ns);
+        let place = run.trajectory.poses()[8].translation.vector;
+        assert_eq!(place, Vector3::new(353_016.0, 4_025_000.0, 20.0));
+        let raw = read_raw_trajectory(&file(&text).1, None).unwrap();
+        assert_eq!(raw.positions_m[8], place);
+        assert!((raw.stamps_s.unwrap()[8] - 1e-9 * stamps_ns[8] as f64).abs() < 1e-6);
+    }
+    let unstamped: String = (0..9).map(|k| format!("{} 0 0 0 1\n", rows(k))).collect();
+    let run = read(&unstamped).unwrap();
+    assert_eq!((run.format, run.trajectory.len()), (Kitti, 9));
+
+    let with_frames = stamped(&|k| (2 * k).to_string(), "");
+    assert_says(
+        &refused(with_frames),
+        &["line 1: 13 columns: a frame number and a matrix", "the stamp of each frame"],
+    );
+    let no_rotation = stamped(&ns, "").replace(",20\n", ",20,7\n");
+    assert_says(
+        &refused(no_rotation),
+        &["14 columns of numbers", "columns 2 to 13 hold a rotation and a place"],
+    );
+}
+
+#[test]
+fn columns_that_fit_by_number_alone_are_not_believed() {
+    // Eight numbers with commas and a stamp in nanoseconds, but velocities where EuRoC has a quaternion.
+    let velocities = "1403636580838555648,4.6,-1.7,0.7,12.5,-3.1,0.1,0\n".repeat(3);
+    assert_says(
+        &refused(velocities),
+        &["8 columns of numbers", "columns 5 to 8 have length 12.879", "name the columns"],
+    );
+    assert_says(
+        &refused("1700000000.5 1 2 3 10 20 30 40\n"),
+        &["columns 5 to 8 have length 54.7723: no quaternion"],
+    );
+    assert_says(
+        &refused("7 1700000000.5 1 2 3 0 0 0 1\n"),
+        &["columns 6 to 9 have the length of a quaternion"],
+    );
+    assert_says(
+        &refused("1328456140000000,1.5,2.5,0.1,0.01,-0.02,3.1\n"),
+        &["7 columns", "may be angles", "write quaternions"],
+    );
+    assert_says(&refused("1699999999,98 0,5 -1,25 0,0 0,0 0,0 0,0 1,0\n"), &["decimal commas"]);
+    assert_says(&refused("VERTEX_SE3:QUAT 0 0,5 -1,25 0,0 0,0 0,0 0,0 1,0\n"), &["decimal commas"]);
 }

@@ -161,12 +161,23 @@ fn compare(
 ) -> anyhow::Result<Compared> {
     let formats = [reference.format, estimate.format].map(TrajectoryFormat::name);
     let counts = [reference.rotations.len(), estimate.rotations.len()];
-    let notes = notes([(reference_path, &reference), (estimate_path, &estimate)]);
+    let mut notes = notes([(reference_path, &reference), (estimate_path, &estimate)]);
     let (reference, estimate) = (path_of(reference)?, path_of(estimate)?);
     let preparation = preparation(asked, &reference)?;
     let compared = || format!("{} against {}", estimate_path.display(), reference_path.display());
     let prepared =
         preparation.apply(reference, &estimate).map_err(usage_or_failure).with_context(compared)?;
+    // The shorter one asks for partners.
+    let asking = if counts[1] > counts[0] { 0 } else { 1 };
+    let (paired, all) = (prepared.estimate.len(), counts[asking]);
+    let is_whole = preparation.start_s.is_none() && preparation.end_s.is_none();
+    if prepared.reference.stamps_s().is_some() && paired < all && is_whole {
+        let name = shown_path([reference_path, estimate_path][asking]);
+        let within_s = preparation.matching.max_diff_s;
+        notes.push(format!(
+            "{name}: {paired} of {all} poses have a partner within {within_s} s (--t_max_diff); the others are not compared"
+        ));
+    }
     let mut errors = (metric.errors)(&prepared).map_err(usage_or_failure).with_context(compared)?;
     if let Some(unit) = asked.get(&truth::CHANGE_UNIT) {
         errors = errors.in_unit(unit).map_err(usage_or_failure)?;

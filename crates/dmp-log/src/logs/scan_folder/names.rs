@@ -2,22 +2,33 @@
 
 use crate::TimeUnit;
 use crate::file::to_ns;
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
-/// The unit of a stem that is a stamp: seconds with a fraction (`1690309709.285305500`), or by the digits of a date of
-/// today's, 13, 16 or 19 of them. Numbers that begin with a zero are counters.
-fn unit_of(stem: &str) -> Option<TimeUnit> {
+/// The stamp in a stem, and its unit: seconds with a fraction (`1690309709.285305500`), or by the digits of a date of
+/// today's, 13, 16 or 19 of them; behind a name as well (`cloud_1690309709_285305500`, `LIDAR_TOP__1690309709285305.pcd`).
+/// Numbers that begin with a zero are counters.
+fn stamp_in(stem: &str) -> Option<(Cow<'_, str>, TimeUnit)> {
     let digits = |text: &str| !text.is_empty() && text.bytes().all(|c| c.is_ascii_digit());
-    if let Some((whole, fraction)) = stem.split_once('.') {
-        return (digits(whole) && digits(fraction)).then_some(TimeUnit::Seconds);
+    let stem = stem.strip_suffix(".pcd").unwrap_or(stem);
+    if let Some((name, nanoseconds)) =
+        stem.rsplit_once('_').filter(|(_, last)| last.len() == 9 && digits(last))
+    {
+        let seconds = name.rsplit('_').next().filter(|seconds| seconds.len() == 10 && digits(seconds))?;
+        return Some((format!("{seconds}.{nanoseconds}").into(), TimeUnit::Seconds));
     }
-    match stem.len() {
-        _ if !digits(stem) || stem.starts_with('0') => None,
-        13 => Some(TimeUnit::Milliseconds),
-        16 => Some(TimeUnit::Microseconds),
-        19 => Some(TimeUnit::Nanoseconds),
-        _ => None,
+    let stamp = stem.rsplit('_').next().unwrap_or(stem);
+    if let Some((whole, fraction)) = stamp.split_once('.') {
+        return (digits(whole) && digits(fraction)).then_some((stamp.into(), TimeUnit::Seconds));
     }
+    let unit = match stamp.len() {
+        _ if !digits(stamp) || stamp.starts_with('0') => return None,
+        13 => TimeUnit::Milliseconds,
+        16 => TimeUnit::Microseconds,
+        19 => TimeUnit::Nanoseconds,
+        _ => return None,
+    };
+    Some((stamp.into(), unit))
 }
 
 fn stem(file: &Path) -> Option<&str> {
@@ -27,10 +38,10 @@ fn stem(file: &Path) -> Option<&str> {
 /// The stamps that all the files are named by, nanoseconds, and their unit in words; `None` where a name is
 /// none, or one of another unit.
 pub(crate) fn stamps_ns(files: &[PathBuf]) -> Option<(Vec<i64>, &'static str)> {
-    let unit = unit_of(stem(files.first()?)?)?;
+    let (_, unit) = stamp_in(stem(files.first()?)?)?;
     let stamp = |file: &PathBuf| {
-        let stem = stem(file)?;
-        to_ns(stem, unit).ok().filter(|_| unit_of(stem) == Some(unit))
+        let (stamp, _) = stamp_in(stem(file)?).filter(|(_, of_file)| *of_file == unit)?;
+        to_ns(&stamp, unit).ok()
     };
     Some((files.iter().map(stamp).collect::<Option<_>>()?, unit.name()))
 }
@@ -65,7 +76,14 @@ mod tests {
     #[test]
     fn stamps_are_known_by_their_digits() {
         type Expected = Option<(i64, &'static str)>;
-        let cases: [(&[&str], Expected); 9] = [
+        let cases: [(&[&str], Expected); 13] = [
+            (&["cloud_1690309709_285305500"], Some((1_690_309_709_285_305_500, "seconds"))),
+            (
+                &["n015-2018__LIDAR_TOP__1690309709285305.pcd"],
+                Some((1_690_309_709_285_305_000, "microseconds")),
+            ),
+            (&["scan_12"], None),
+            (&["cloud_12_285305500"], None),
             (&["1690309709.285305500"], Some((1_690_309_709_285_305_500, "seconds"))),
             (&["1690309709285305500"], Some((1_690_309_709_285_305_500, "nanoseconds"))),
             (&["1690309709285305"], Some((1_690_309_709_285_305_000, "microseconds"))),

@@ -33,12 +33,22 @@ pub(super) fn files_of(folder: &Path) -> Result<Option<Vec<PathBuf>>, LogError> 
 fn named_files(folder: &Path, path: &Path) -> Result<Vec<PathBuf>, LogError> {
     let bytes = read_text(path, "metadata", MAX_METADATA_BYTES)?;
     let metadata = parse_metadata(&bytes).map_err(|e| e.in_file(path))?;
-    if !metadata.compression_mode.is_empty() {
+    let is_packed_by_file = metadata.compression_mode.eq_ignore_ascii_case("file");
+    let packed = || {
+        let first = metadata.files.first().map_or("", |(_, name)| name.as_str());
         let problem = format!(
-            "the bag is packed by rosbag2 itself (compression_mode {}): unpack it with `ros2 bag convert`",
-            shorten(&metadata.compression_mode)
+            "the bag is packed by rosbag2 itself (compression_mode {}): unpack it with `ros2 bag convert`{}",
+            shorten(&metadata.compression_mode),
+            if is_packed_by_file {
+                format!(", or its files with `zstd -d {}`", shorten(first))
+            } else {
+                String::new()
+            }
         );
-        return Err(LogError::malformed(path, PlaceInFile::WholeFile, problem));
+        LogError::malformed(path, PlaceInFile::WholeFile, problem)
+    };
+    if !metadata.compression_mode.is_empty() && !is_packed_by_file {
+        return Err(packed());
     }
     if metadata.files.is_empty() {
         return Err(LogError::malformed(
@@ -49,11 +59,16 @@ fn named_files(folder: &Path, path: &Path) -> Result<Vec<PathBuf>, LogError> {
     }
     let found = |(line, name): &(u64, String)| {
         // What describes a bag comes from elsewhere: it names no files but the bag's own.
+        // Files that were packed may lie there unpacked, under the name without `.zstd`.
+        let name = if is_packed_by_file { name.strip_suffix(".zstd").unwrap_or(name) } else { name };
         let inside = Some(name).filter(|name| stays_inside(Path::new(name)));
         // Old versions write the folder's own name in front.
         let file_name = Path::new(name).file_name().unwrap_or_default();
         let places = inside.map(|name| folder.join(name)).into_iter().chain([folder.join(file_name)]);
         first_file(places)?.ok_or_else(|| {
+            if is_packed_by_file {
+                return packed();
+            }
             let problem = format!("the file `{}` that it names is not there", shorten(name));
             LogError::malformed(path, PlaceInFile::Line(*line), problem)
         })

@@ -1,6 +1,7 @@
 //! The formats of trajectories, and which one a file has.
 
-use super::{euroc, npy, redwood};
+use super::described::{described, has_decimal_commas, has_matrix, may_be_quaternion, numbers_of};
+use super::{euroc, matrices, npy, redwood};
 use crate::file::{lines, shorten};
 use crate::logs::{ROS1_ADVICE, ROS1_MAGIC};
 use crate::poses::g2o;
@@ -13,7 +14,8 @@ use std::str::FromStr;
 
 /// The formats of trajectories.
 ///
-/// As text (`FromStr`, `Display`): `tum`, `kitti`, `euroc`, `npy`, `g2o`, `redwood`, `csv`.
+/// As text (`FromStr`, `Display`): `tum`, `kitti`, `euroc`, `npy`, `g2o`, `redwood`,
+/// `matrices`, `csv`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum TrajectoryFormat {
@@ -29,14 +31,24 @@ pub enum TrajectoryFormat {
     G2o,
     /// A line of three whole numbers and four of a 4 × 4 matrix for each pose.
     RedwoodLog,
+    /// Lines of `stamp` and the numbers of a 3 × 4 or 4 × 4 matrix.
+    Matrices,
     /// Lines with columns in any order, and a line with their names.
     Csv,
 }
 
 impl TrajectoryFormat {
     /// Every format.
-    pub const ALL: [Self; 7] =
-        [Self::Tum, Self::Kitti, Self::Euroc, Self::Npy, Self::G2o, Self::RedwoodLog, Self::Csv];
+    pub const ALL: [Self; 8] = [
+        Self::Tum,
+        Self::Kitti,
+        Self::Euroc,
+        Self::Npy,
+        Self::G2o,
+        Self::RedwoodLog,
+        Self::Matrices,
+        Self::Csv,
+    ];
 
     /// Its name for people, and as it is written.
     fn names(self) -> (&'static str, &'static str) {
@@ -47,6 +59,7 @@ impl TrajectoryFormat {
             Self::Npy => ("NumPy", "npy"),
             Self::G2o => ("g2o", "g2o"),
             Self::RedwoodLog => ("Redwood .log", "redwood"),
+            Self::Matrices => ("stamped matrices", "matrices"),
             Self::Csv => ("csv", "csv"),
         }
     }
@@ -58,7 +71,7 @@ impl TrajectoryFormat {
 
     /// Whether its poses have stamps of their own.
     pub fn has_stamps(self) -> bool {
-        matches!(self, Self::Tum | Self::Euroc | Self::Csv)
+        matches!(self, Self::Tum | Self::Euroc | Self::Matrices | Self::Csv)
     }
 }
 
@@ -93,6 +106,10 @@ pub(super) fn find_format(path: &Path, bytes: &[u8]) -> Result<TrajectoryFormat,
     };
     let (place, columns) = first.map_err(|e| e.in_file(path))?;
     let word = columns.first().copied().unwrap_or_default();
+    let refuse = |problem: String| Err(LogError::malformed(path, place, problem));
+    if line_at(bytes, place).is_some_and(|line| has_decimal_commas(&String::from_utf8_lossy(line))) {
+        return refuse("numbers with decimal commas: write them with points, as 0.5".to_owned());
+    }
     if g2o::is_tag(word) {
         return Ok(TrajectoryFormat::G2o);
     }
@@ -108,25 +125,41 @@ pub(super) fn find_format(path: &Path, bytes: &[u8]) -> Result<TrajectoryFormat,
             return Ok(TrajectoryFormat::Csv);
         }
     }
-    if is_euroc {
+    // The number of columns alone says little: their values must be possible.
+    let numbers = numbers_of(&columns).unwrap_or_default();
+    let has_quaternion = numbers
+        .get(4..8)
+        .is_none_or(|quaternion| numbers.len() < columns.len() || may_be_quaternion(quaternion));
+    if matrices::is_line(&columns) {
+        return Ok(TrajectoryFormat::Matrices);
+    }
+    if is_euroc && has_quaternion {
         return Ok(TrajectoryFormat::Euroc);
     }
     if redwood::is_head(&columns) {
         return Ok(TrajectoryFormat::RedwoodLog);
     }
     match columns.len() {
-        8 => Ok(TrajectoryFormat::Tum),
+        8 if has_quaternion => Ok(TrajectoryFormat::Tum),
         12 => Ok(TrajectoryFormat::Kitti),
-        count => {
-            let problem = format!(
-                "{count} columns starting with `{}`: neither TUM (8: stamp tx ty tz qx qy qz qw) nor KITTI (12) \
-                nor EuRoC (8 or more with commas: stamp_ns,x,y,z,qw,qx,qy,qz) nor g2o (VERTEX_SE3:QUAT …) nor Redwood (0 0 1 and four rows) nor .npy \
-                nor columns with names (timestamp,tx,ty,tz,qx,qy,qz,qw)",
-                shorten(word)
-            );
-            Err(LogError::malformed(path, place, problem))
-        }
+        16 if has_matrix(&numbers, 0) => Ok(TrajectoryFormat::Kitti),
+        13 | 17 if has_matrix(&numbers, 1) => refuse(format!(
+            "{} columns: a frame number and a matrix. Frames may be missing, so write the stamp of each frame in the place of its \
+             number",
+            columns.len()
+        )),
+        _ => refuse(format!(
+            "{}. This is neither TUM (stamp tx ty tz qx qy qz qw) nor EuRoC (stamp_ns,x,y,z,qw,qx,qy,qz) nor KITTI (12 numbers) nor \
+             a stamp and a matrix, g2o, Redwood or .npy: name the columns in a first line, as timestamp,tx,ty,tz,qx,qy,qz,qw",
+            described(&columns)
+        )),
     }
+}
+
+/// The bytes of a line.
+fn line_at(bytes: &[u8], place: PlaceInFile) -> Option<&[u8]> {
+    let PlaceInFile::Line(number) = place else { return None };
+    bytes.split(|&c| c == b'\n').nth(usize::try_from(number).ok()?.checked_sub(1)?)
 }
 
 pub(super) fn no_poses(bytes: &[u8]) -> ParseError {

@@ -5,12 +5,13 @@ use dmp_sensor::Trajectory;
 use super::error::TrajectoryParseError;
 use crate::file::columns::numbers;
 use crate::file::{lines, pose_of_rows};
+use crate::{ParseError, PlaceInFile};
 use std::io::{self, Write};
 
-pub(super) const ROW: &str = "a 3 x 4 matrix";
+const ROW: &str = "a 3 x 4 matrix";
 
-/// Parses the KITTI format: lines with the twelve numbers of `[R t]`, row by row, `world_from_body`,
-/// without stamps. Rounded rotations are made exact.
+/// Parses the KITTI format: lines with the twelve numbers of `[R t]`, or the sixteen of the 4 × 4 matrix, row by row,
+/// `world_from_body`, without stamps. Rounded rotations are made exact.
 ///
 /// # Errors
 /// In the first line that has another number of columns, something that is no finite number, a matrix
@@ -19,9 +20,21 @@ pub fn parse_kitti(bytes: &[u8]) -> Result<Trajectory, TrajectoryParseError> {
     let mut poses = Vec::new();
     for line in lines(bytes) {
         let (place, columns) = line?;
-        poses.push(pose_of_rows(place, numbers::<12>(place, &columns, ROW)?)?);
+        poses.push(pose_of_rows(place, row(place, &columns)?)?);
     }
     Ok(Trajectory::unstamped(poses)?)
+}
+
+/// The rows of `[R t]`; a fourth row may follow, 0 0 0 1.
+pub(super) fn row(place: PlaceInFile, columns: &[&str]) -> Result<[f64; 12], ParseError> {
+    let Some((rows, last)) = columns.split_at_checked(12).filter(|_| columns.len() == 16) else {
+        return numbers::<12>(place, columns, ROW);
+    };
+    let last = numbers::<4>(place, last, "the last row of a 4 x 4 matrix")?;
+    if last != [0.0, 0.0, 0.0, 1.0] {
+        return Err(ParseError::new(place, format!("the last row is {last:?}, not 0 0 0 1")));
+    }
+    numbers::<12>(place, rows, ROW)
 }
 
 /// Writes the KITTI format. Stamps have no place in it.

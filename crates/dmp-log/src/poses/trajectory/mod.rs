@@ -1,10 +1,12 @@
 //! Trajectories in files.
 
+mod described;
 mod error;
 mod euroc;
 mod format;
 mod g2o;
 mod kitti;
+mod matrices;
 mod named;
 mod npy;
 mod raw;

@@ -2,7 +2,7 @@
 
 use super::format::{TrajectoryFormat, find_format, no_poses};
 use super::read::read_bytes;
-use super::{euroc, g2o, kitti, npy, redwood};
+use super::{euroc, g2o, kitti, matrices, npy, redwood};
 use crate::file::columns::numbers;
 use crate::file::{lines, unit_of_large_numbers, unit_of_lines};
 use crate::poses::trajectory::named::csv;
@@ -53,7 +53,9 @@ pub fn read_raw_trajectory_as(
     };
     let mut notes = Vec::new();
     let found = match format {
-        TrajectoryFormat::Tum => Some(unit_of_lines(&bytes, unit, &mut notes).map_err(|e| e.in_file(path))?),
+        TrajectoryFormat::Tum | TrajectoryFormat::Matrices => {
+            Some(unit_of_lines(&bytes, unit, &mut notes).map_err(|e| e.in_file(path))?)
+        }
         TrajectoryFormat::Euroc => Some(unit_of_large_numbers(&bytes, &mut notes)),
         _ => unit,
     };
@@ -106,7 +108,10 @@ fn parse_raw_in(
             vertices.iter().for_each(|vertex| raw.push(vertex.position_m, vertex.quaternion));
         }
         TrajectoryFormat::Csv => raw.push_named(bytes, unit)?,
-        TrajectoryFormat::Tum | TrajectoryFormat::Euroc | TrajectoryFormat::Kitti => {
+        TrajectoryFormat::Tum
+        | TrajectoryFormat::Euroc
+        | TrajectoryFormat::Kitti
+        | TrajectoryFormat::Matrices => {
             raw.push_lines(bytes, unit)?;
         }
     }
@@ -131,7 +136,14 @@ impl RawTrajectory {
             let (place, columns) = line?;
             let (stamp_s, position_m, quaternion) = match self.format {
                 TrajectoryFormat::Kitti => {
-                    self.push_rows(numbers::<12>(place, &columns, kitti::ROW)?);
+                    self.push_rows(kitti::row(place, &columns)?);
+                    continue;
+                }
+                TrajectoryFormat::Matrices => {
+                    let (stamp, rows) = matrices::row(place, &columns)?;
+                    let [stamp] = numbers::<1>(place, &[stamp], "a stamp")?;
+                    self.stamps_s.get_or_insert_default().push(stamp / per_s(TimeUnit::Seconds));
+                    self.push_rows(rows);
                     continue;
                 }
                 TrajectoryFormat::Euroc => {

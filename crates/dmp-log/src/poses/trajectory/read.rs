@@ -8,6 +8,7 @@ use super::euroc::parse_euroc_in;
 use super::format::{TrajectoryFormat, find_format, no_poses};
 use super::g2o::{GraphVertices, parse_g2o};
 use super::kitti::parse_kitti;
+use super::matrices::parse_matrices_in;
 use super::npy::{self, parse_npy};
 use super::redwood::parse_redwood_log;
 use super::stamps;
@@ -86,6 +87,10 @@ pub fn read_trajectory_as(
         TrajectoryFormat::Tum => {
             let unit = unit.map_or_else(|| unit_of_lines(&bytes, None, &mut notes), Ok);
             parse_tum_in(&bytes, unit.map_err(|e| e.in_file(path))?).map_err(in_file)?
+        }
+        TrajectoryFormat::Matrices => {
+            let unit = unit.map_or_else(|| unit_of_lines(&bytes, None, &mut notes), Ok);
+            parse_matrices_in(&bytes, unit.map_err(|e| e.in_file(path))?).map_err(in_file)?
         }
         TrajectoryFormat::Euroc => {
             let unit = unit.unwrap_or_else(|| unit_of_large_numbers(&bytes, &mut notes));
