@@ -443,7 +443,7 @@ fn lines_with_a_matrix_are_told_apart_by_their_values() {
         assert_eq!(raw.positions_m[8], place);
         assert!((raw.stamps_s.unwrap()[8] - 1e-9 * stamps_ns[8] as f64).abs() < 1e-6);
     }
-    let unstamped: String = (0..9).map(|k| format!("{} 0 0 0 1\n", rows(k))).collect();
+    let unstamped = (0..9).map(|k| rows(k) + " 0 0 0 1\n").collect::<Vec<_>>().concat();
     let run = read(&unstamped).unwrap();
     assert_eq!((run.format, run.trajectory.len()), (Kitti, 9));
 

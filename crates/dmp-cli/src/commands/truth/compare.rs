@@ -168,7 +168,7 @@ fn compare(
     let prepared =
         preparation.apply(reference, &estimate).map_err(usage_or_failure).with_context(compared)?;
     // The shorter one asks for partners.
-    let asking = if counts[1] > counts[0] { 0 } else { 1 };
+    let asking = usize::from(counts[1] <= counts[0]);
     let (paired, all) = (prepared.estimate.len(), counts[asking]);
     let is_whole = preparation.start_s.is_none() && preparation.end_s.is_none();
     if prepared.reference.stamps_s().is_some() && paired < all && is_whole {
