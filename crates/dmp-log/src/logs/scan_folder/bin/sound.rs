@@ -50,15 +50,17 @@ pub(in super::super) fn layout_of(
     }
     let lengths = lengths_of(&samples);
     let wrong = |problem: String| {
-        let known: Vec<String> = KNOWN.iter().map(|(whose, text)| format!("{text} ({whose})")).collect();
         let problem = format!(
-            "{problem}. Say the layout, as --bin-layout {}; known are {}",
-            KNOWN[2].1,
-            known.join("; ")
+            "{problem}. Say the layout, as --bin-layout {}; docs/formats.md has those that are known",
+            KNOWN[2].1
         );
         LogError::malformed(folder, PlaceInFile::WholeFile, problem)
     };
     let Some(&length) = lengths.first() else {
+        // As of scans without a return, all zeros.
+        if fits(&usual(), &samples) {
+            return Ok((usual(), None));
+        }
         return Err(wrong("the files have no header, and their bytes repeat at no length of a point".into()));
     };
     let of_length =
@@ -124,30 +126,30 @@ fn mean_entropy(samples: &[Vec<u8>], length: usize) -> f64 {
     counts.iter().map(entropy).sum::<f64>() / length as f64
 }
 
-/// Whether the values of almost all points are possible in a layout.
+/// Whether the values of almost all points are possible in a layout, in most files: some may be damaged.
 fn fits(layout: &Layout, samples: &[Vec<u8>]) -> bool {
+    let fitting = samples.iter().filter(|sample| fits_file(layout, sample)).count();
+    2 * fitting > samples.len()
+}
+
+fn fits_file(layout: &Layout, sample: &[u8]) -> bool {
     let (mut all, mut possible) = (0u64, 0u64);
     let mut extremes = [f64::INFINITY, f64::NEG_INFINITY];
     let times = ["t", "offset_time", "time_offset_ns"].into_iter().find_map(|name| layout.field(name));
-    let ring = layout.field("ring");
-    for sample in samples {
-        let rows = Rows::one(layout, sample, sample.len() / layout.point_bytes().max(1) as usize);
-        for (place_m, [ring, time]) in rows.values([ring, times]) {
-            let is_place = place_m
-                .iter()
-                .all(|c| c.is_nan() || (c.abs() < FARTHEST_M && (*c == 0.0 || c.abs() > SMALLEST_M)));
-            let is_ring = ring.is_none_or(|ring| (0.0..256.0).contains(&ring) && ring.fract() == 0.0);
-            let is_time = time.is_none_or(|time| time == 0.0 || (1e-12..MOST_TIME).contains(&time.abs()));
-            all += 1;
-            possible += u64::from(is_place && is_ring && is_time);
-            if let Some(time) = time.filter(|time| time.is_finite()) {
-                extremes = [extremes[0].min(time), extremes[1].max(time)];
-            }
+    let rows = Rows::one(layout, sample, sample.len() / layout.point_bytes().max(1) as usize);
+    for (place_m, [ring, time]) in rows.values([layout.field("ring"), times]) {
+        let is_length = |c: &f64| c.is_nan() || *c == 0.0 || (SMALLEST_M..FARTHEST_M).contains(&c.abs());
+        let is_ring = ring.is_none_or(|ring| (0.0..256.0).contains(&ring) && ring.fract() == 0.0);
+        let is_time = time.is_none_or(|time| time == 0.0 || (1e-12..MOST_TIME).contains(&time.abs()));
+        all += 1;
+        possible += u64::from(place_m.iter().all(is_length) && is_ring && is_time);
+        if let Some(time) = time.filter(|time| time.is_finite()) {
+            extremes = [extremes[0].min(time), extremes[1].max(time)];
         }
     }
     // Times are not all one.
     let are_times = times.is_none() || extremes[0] < extremes[1];
-    are_times && possible as f64 >= POSSIBLE * all as f64 && all > 0
+    are_times && possible as f64 >= POSSIBLE * all as f64
 }
 
 #[cfg(test)]
