@@ -103,6 +103,8 @@ fn scores(report: &Report, index: usize, frames: &[Frame]) -> BTreeMap<String, O
         ("DMP mean".to_owned(), run.dmp_mean_m2),
         ("miss rate".to_owned(), run.miss_rate),
         ("blocked".to_owned(), run.blocked_rate),
+        ("thickness".to_owned(), run.map.thickness.as_ref().map(|thickness| thickness.median_m)),
+        ("thickness, 95 %".to_owned(), run.map.thickness.as_ref().map(|thickness| thickness.p95_m)),
         ("R_cv(10), where it is shown".to_owned(), run.r_cv_m2[0]),
     ]);
     let returns: f64 = frames.iter().map(|frame| frame.returns).sum();

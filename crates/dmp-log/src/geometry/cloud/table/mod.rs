@@ -86,9 +86,11 @@ impl TableWriter {
             }
             Output::Las(rows) => {
                 if let Some(far_m) = rows.too_far(point_m) {
-                    let problem =
-                        format!("a coordinate of {far_m} m is too far from the first point for LAS");
-                    return Err(LogError::Option { path: self.output.target().into(), problem });
+                    // The file cannot hold it: that is no wrong usage.
+                    let problem = format!(
+                        "a coordinate of {far_m} m is too far from the first point for LAS: a .ply or .pcd holds it"
+                    );
+                    return Err(LogError::io(self.output.target(), "write", io::Error::other(problem)));
                 }
                 rows.write(point_m, time_s, columns)
             }

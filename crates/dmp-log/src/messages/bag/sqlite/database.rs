@@ -4,7 +4,7 @@ use crate::file::shorten;
 use crate::messages::bag::basics::{Channel, MAX_MESSAGE_BYTES};
 use dmp_disk::open_input;
 use rusqlite::limits::Limit;
-use rusqlite::{Connection, OpenFlags, OptionalExtension as _};
+use rusqlite::{Connection, ErrorCode, OpenFlags, OptionalExtension as _};
 use std::collections::BTreeMap;
 use std::io;
 use std::path::Path;
@@ -101,5 +101,11 @@ fn percent_encoded(path: &Path) -> String {
 
 #[expect(clippy::needless_pass_by_value, reason = "for map_err")]
 pub(super) fn to_io(error: rusqlite::Error) -> io::Error {
-    io::Error::other(format!("as a rosbag2 file: {}", shorten(&error.to_string())))
+    let is_cut = error.sqlite_error_code() == Some(ErrorCode::DatabaseCorrupt);
+    let remedy = if is_cut {
+        ": is it cut short? `sqlite3 FILE.db3 .recover | sqlite3 WHOLE.db3` saves what is whole"
+    } else {
+        ""
+    };
+    io::Error::other(format!("as a rosbag2 file: {}{remedy}", shorten(&error.to_string())))
 }
