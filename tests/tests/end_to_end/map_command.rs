@@ -51,6 +51,7 @@ fn what_has_no_points_is_not_checked() {
     write(path, "floor.obj", "v 0 0 0\nv 9 0 0\nv 9 9 0\nf 1 2 3\n");
     misused(path, "map check floor.obj", &["floor.obj: a mesh has surfaces without thickness"]);
     once(BUILD).copy("truth.dmpmap", path);
+    misused(path, "map export truth.dmpmap -o a.copc.laz", &["COPC is read, not written"]);
     misused(path, "map check truth.dmpmap", &["one disc for each voxel", "dmp score"]);
     write(
         path,

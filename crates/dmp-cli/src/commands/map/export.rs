@@ -23,6 +23,10 @@ pub(super) static SPEC: Spec = Spec {
 };
 
 fn format_of(path: &Path) -> Result<CloudFormat, Usage> {
+    if path.to_string_lossy().to_ascii_lowercase().ends_with(".copc.laz") {
+        let problem = "COPC is read, not written: write a .laz, and make COPC of it with `pdal translate`";
+        return Err(Usage(format!("{}: {problem}", path.display())));
+    }
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
     match extension.as_str() {
         "laz" => Ok(CloudFormat::Laz),

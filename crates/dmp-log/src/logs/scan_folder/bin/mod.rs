@@ -2,6 +2,8 @@
 
 mod layout;
 mod sound;
+#[cfg(test)]
+mod tests;
 
 pub use layout::{BinLayout, BinLayoutError};
 pub(super) use sound::layout_of;
