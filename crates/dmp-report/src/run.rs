@@ -146,8 +146,7 @@ pub struct MapReport {
     pub thin_voxels: Option<u64>,
     /// Points of a given cloud, or triangles of a given mesh, that are not finite.
     pub map_points_dropped: u64,
-    /// How thick its flat places are; null if these are too few, for a store that was given, for a quick score and for one
-    /// in parts.
+    /// How thick its flat places are; null if these are too few, for a given map, for a quick score and for one in parts.
     pub thickness: Option<Thickness>,
     /// How many of them are left out, since rays show that something moved: see `docs/metric.md`. Null for a given map and
     /// for a score in parts.

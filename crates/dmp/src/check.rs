@@ -51,12 +51,9 @@ pub fn check_cloud<'a>(
             points,
             points_dropped: found.dropped,
             voxel_m: lattice.voxel_m(),
-            thickness: cells.thickness(&lattice, 0).map(|found| Thickness {
-                // A cloud does not tell scans and visits apart.
-                sensor_median_m: None,
-                layers: search.found(),
-                ..found
-            }),
+            thickness: cells
+                .thickness(&lattice, 0)
+                .map(|found| Thickness { layers: search.found(), ..found }),
             holes: plan.holes(),
             notes: found.notes,
             plan,

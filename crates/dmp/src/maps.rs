@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use dmp_disk::WorkFolder;
 use dmp_log::ScanLog;
-use dmp_map::{Lattice, MapFuser, Origin, Store, Thickness};
+use dmp_map::{Lattice, MapFuser, Origin, Store};
 use dmp_reduce::Scales;
 use dmp_runs::{Config, EvaluateError, Run, Watch, pool};
 use dmp_sensor::Isometry3;
@@ -55,8 +55,6 @@ pub struct CloudMap {
     pub store: Store,
     /// Occupied voxels without a surfel.
     pub thin_voxels: u64,
-    /// How thick its flat places are; `None` if these are too few.
-    pub thickness: Option<Thickness>,
     /// Points, or triangles, that are not finite.
     pub points_dropped: u64,
     /// Conversions made, in words.
@@ -100,6 +98,6 @@ pub fn map_of_cloud<'a>(
         let finished = finish(fuser, output, &Origin::of(text), (Life::User, 0), progress)?;
         Ok::<_, EvaluateError>((found, finished))
     })?;
-    let Finished { store, thin_voxels, thickness } = finished;
-    Ok(CloudMap { store, thin_voxels, thickness, points_dropped: found.dropped, notes: found.notes })
+    let Finished { store, thin_voxels, .. } = finished;
+    Ok(CloudMap { store, thin_voxels, points_dropped: found.dropped, notes: found.notes })
 }

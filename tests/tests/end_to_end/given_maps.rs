@@ -93,6 +93,7 @@ fn a_cloud_of_the_same_points_gives_the_same_map_in_every_format() {
         }
         let report = score(&log, &with_map(&truth, map), &config);
         let given = &report.runs[0];
+        assert!(given.map.thickness.is_none(), "how thick a given map is says nothing of the run");
         // What moves stays in a given cloud.
         if name == "map.ply" {
             assert!(given.dmp_sum_m2 > reference.dmp_sum_m2);

@@ -34,6 +34,7 @@ fn a_cloud_alone_is_as_thick_as_the_map_of_its_log() {
     assert!((0.002..0.02).contains(&log_m), "{log_m} m");
     assert_eq!(of_log["layers"]["doubled"], 0);
     assert_eq!(found["points"], 309_402);
+    assert!(of_log["sensor_median_m"].is_number() && found["thickness"]["sensor_median_m"].is_null());
     has(
         &text(&std::fs::read(path.join("page.html")).unwrap()),
         &["How good is returns.laz?", "data:image/png"],

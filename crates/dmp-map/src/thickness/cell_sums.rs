@@ -23,18 +23,27 @@ pub(super) struct CellSums {
 }
 
 impl CellSums {
-    /// Adds all points that one scan has in a voxel.
-    pub(super) fn add(&mut self, lattice: &Lattice, voxel: [u32; 3], moments: &Moments, segment: i32) {
+    /// Adds all points that one scan has in a voxel; points without a segment are of no scan.
+    pub(super) fn add(
+        &mut self,
+        lattice: &Lattice,
+        voxel: [u32; 3],
+        moments: &Moments,
+        segment: Option<i32>,
+    ) {
         let odd = voxel.map(|v| v & 1);
         let number = (odd[2] << 2 | odd[1] << 1 | odd[0]) as i32;
         sums_of(&mut self.voxels, number).merge_shifted(moments, [0; 3]);
         let shift = odd.map(|odd| i64::from(odd * lattice.voxel_units()));
-        sums_of(&mut self.groups, segment >> self.level).merge_shifted(moments, shift);
+        sums_of(&mut self.groups, segment.unwrap_or(0) >> self.level).merge_shifted(moments, shift);
         while self.groups.len() > MOST_GROUPS {
             self.level += 1;
             for (group, sums) in std::mem::take(&mut self.groups) {
                 sums_of(&mut self.groups, group >> 1).merge_shifted(&sums, [0; 3]);
             }
+        }
+        if segment.is_none() {
+            return;
         }
         let n = i128::from(moments.count);
         let [x, y, z] = moments.sum.map(i128::from);

@@ -32,7 +32,13 @@ impl SampledCells {
     pub(crate) const BYTES: usize = MOST_CELLS * CELL_BYTES;
 
     /// Adds all points that one scan has in a voxel.
-    fn add(&mut self, lattice: &Lattice, (hash, voxel): (u64, [u32; 3]), moments: &Moments, segment: i32) {
+    fn add(
+        &mut self,
+        lattice: &Lattice,
+        (hash, voxel): (u64, [u32; 3]),
+        moments: &Moments,
+        segment: Option<i32>,
+    ) {
         if self.below.is_some_and(|below| hash >= below) {
             return;
         }
@@ -118,7 +124,7 @@ impl CellSampler {
         for parts in scan.parts.chunk_by(|(a, _), (b, _)| a == b) {
             let mut moments = Moments::default();
             parts.iter().for_each(|(_, part)| moments.merge_shifted(&part.widened(), [0; 3]));
-            cells.add(lattice, parts[0].0, &moments, segment.unwrap_or(0));
+            cells.add(lattice, parts[0].0, &moments, segment);
         }
         scan.parts.clear();
         self.below.store(cells.below.unwrap_or(u64::MAX), Ordering::Relaxed);

@@ -9,7 +9,7 @@ pub(crate) struct MapFacts {
     pub(crate) fused: bool,
     /// Occupied voxels without a surfel; `None` for a given store.
     pub(crate) thin_voxels: Option<u64>,
-    /// Of a map that was fused whole, from scans or a cloud.
+    /// Of a map that was fused from the scans.
     pub(crate) thickness: Option<Thickness>,
     /// Points of a given cloud, or triangles of a mesh, that are not finite.
     pub(crate) points_dropped: u64,

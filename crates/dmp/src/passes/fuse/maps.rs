@@ -111,12 +111,12 @@ impl<M> Evaluation<'_, M> {
         let found = fuse_given(file, run.name(), self.settings.map_unit, into, self.progress)?;
         let origin = origin(run, format!("fused from {}", shown_path(file)));
         let finished = finish(fuser, &self.given_map_file(run), &origin, (self.life(), 0), self.progress);
-        let Finished { store, thin_voxels, thickness } =
-            finished.map_err(EvaluateError::map_of(run.name()))?;
+        // How thick a given map is does not depend on the run.
+        let Finished { store, thin_voxels, .. } = finished.map_err(EvaluateError::map_of(run.name()))?;
         let (thin_voxels, points_dropped) = (Some(thin_voxels), found.dropped);
         EvaluateError::if_empty(file, &store, thin_voxels, points_dropped)?;
         let notes = found.notes;
-        let facts = MapFacts { thin_voxels, thickness, points_dropped, notes, ..MapFacts::default() };
+        let facts = MapFacts { thin_voxels, points_dropped, notes, ..MapFacts::default() };
         Ok(RunMap { store, facts })
     }
 }
