@@ -43,7 +43,7 @@ pub(crate) fn candidates<'a>(names: &[&'a str]) -> Vec<(usize, &'a str)> {
     let known = FIELD_NAMES.iter().filter_map(|wanted| names.iter().position(|name| name == wanted));
     let sounds = |name: &str| {
         let name = name.to_ascii_lowercase();
-        (name.contains("time") || name.contains("stamp")) && !FIELD_NAMES.contains(&name.as_str())
+        name.contains("time") || name.contains("stamp")
     };
     let like = names.iter().enumerate().filter(|(_, name)| sounds(name) && !is_time_name(name));
     known
@@ -182,9 +182,10 @@ mod tests {
 
     #[test]
     fn names_that_sound_like_times_come_last() {
-        let names = ["x", "time_offset_ns", "intensity", "stamps", "t", "timestampSec", "rel_time", "line"];
+        let names =
+            ["x", "time_offset_ns", "intensity", "stamps", "t", "timestampSec", "rel_time", "Timestamp"];
         let found: Vec<&str> = candidates(&names).into_iter().map(|(_, name)| name).collect();
-        assert_eq!(found, ["t", "time_offset_ns", "stamps", "timestampSec", "rel_time"]);
+        assert_eq!(found, ["t", "time_offset_ns", "stamps", "timestampSec", "rel_time", "Timestamp"]);
     }
 
     #[test]
