@@ -53,9 +53,10 @@ impl ScanFolder {
             return Err(LogError::setting(&folder, LogSetting::Topic, topic, problem));
         }
         let stamps_ns = stamps::find(&folder, &files, &mut notes)?;
+        let count = ReadCount::default();
         let bin = match (format, &options.bin_layout) {
             (ScanFormat::Bin, said) => {
-                let (layout, note) = bin::layout_of(&folder, &files, said.as_ref())?;
+                let (layout, note) = bin::layout_of(&folder, &files, said.as_ref(), &count)?;
                 notes.extend(note);
                 Some(layout)
             }
@@ -77,7 +78,7 @@ impl ScanFolder {
             times: None,
             summary,
             options: options.clone(),
-            count: ReadCount::default(),
+            count,
         };
         log.take_stock(&files, stamps_ns.as_deref(), unpack)?;
         log.describe();

@@ -4,13 +4,11 @@
 //! high byte of zero. Read with a wrong length of a point, places are mixed. So the length is the one at which the bytes
 //! of each place are least mixed: their mean entropy is smallest. The order of the points means nothing to it.
 
-use std::fs::File;
-use std::io::{Read as _, Seek as _, SeekFrom};
-use std::path::PathBuf;
-
-use dmp_disk::open_input;
+use std::io::Read as _;
+use std::path::{Path, PathBuf};
 
 use super::layout::{BinLayout, KNOWN};
+use crate::file::ReadCount;
 use crate::points::{Layout, Rows};
 use crate::{LogError, PlaceInFile};
 
@@ -36,15 +34,16 @@ const MOST_TIME: f64 = 2e9;
 
 /// The layout of the files of a folder, and a note on where it is from; `said` if it was given.
 pub(in super::super) fn layout_of(
-    folder: &std::path::Path,
+    folder: &Path,
     files: &[PathBuf],
     said: Option<&BinLayout>,
+    count: &ReadCount,
 ) -> Result<(Layout, Option<String>), LogError> {
     let usual = || parsed(KNOWN[0].1);
     if let Some(said) = said {
         return Ok((said.layout().clone(), Some(format!("points of {said}, as given"))));
     }
-    let samples = samples(files)?;
+    let samples = samples(files, count)?;
     if samples.iter().map(Vec::len).sum::<usize>() < LEAST_BYTES {
         return Ok((usual(), None));
     }
@@ -85,18 +84,16 @@ pub(super) fn parsed(text: &str) -> Layout {
 }
 
 /// The first bytes of some of the files.
-fn samples(files: &[PathBuf]) -> Result<Vec<Vec<u8>>, LogError> {
-    let count = files.len().min(FILES);
-    let chosen = (0..count).map(|k| &files[k * files.len() / count]);
+fn samples(files: &[PathBuf], count: &ReadCount) -> Result<Vec<Vec<u8>>, LogError> {
+    let looked_at = files.len().min(FILES);
     let read = |path: &PathBuf| {
-        let io = |e| LogError::io(path, "read", e);
         let mut bytes = Vec::new();
-        let mut file: File = open_input(path).map_err(|e| LogError::io(path, "open", e))?;
-        file.seek(SeekFrom::Start(0)).map_err(io)?;
-        file.take(ALL_BYTES / count as u64).read_to_end(&mut bytes).map_err(io)?;
+        let file = count.open(path).map_err(|e| LogError::io(path, "open", e))?;
+        let read = file.take(ALL_BYTES / looked_at as u64).read_to_end(&mut bytes);
+        read.map_err(|e| LogError::io(path, "read", e))?;
         Ok(bytes)
     };
-    chosen.map(read).collect()
+    (0..looked_at).map(|k| read(&files[k * files.len() / looked_at])).collect()
 }
 
 /// The lengths of a point at which the bytes of each place are least mixed, shortest first; none if no length stands out.

@@ -3,6 +3,7 @@
 use super::layout::KNOWN;
 use super::layout_of;
 use super::sound::parsed;
+use crate::file::ReadCount;
 
 /// Numbers from 0 to 1, the same each time.
 struct Random(u64);
@@ -105,7 +106,8 @@ fn each_is_found(files: u64) {
             let mut random = Random(1 + number);
             let points = street(&mut random, number as usize % 3);
             std::fs::write(&path, bytes_of(text, &points, &mut random)).unwrap();
-            let (found, note) = layout_of(folder.path(), std::slice::from_ref(&path), None).unwrap();
+            let (found, note) =
+                layout_of(folder.path(), std::slice::from_ref(&path), None, &ReadCount::default()).unwrap();
             assert_eq!(found, parsed(text), "{whose} {number}: {note:?}");
             assert_eq!(note.is_none(), whose == "KITTI");
         }
@@ -118,7 +120,9 @@ fn what_fits_no_layout_is_refused_with_its_length() {
     let path = folder.path().join("1.bin");
     let refused = |bytes: &[u8]| {
         std::fs::write(&path, bytes).unwrap();
-        layout_of(folder.path(), std::slice::from_ref(&path), None).unwrap_err().to_string()
+        layout_of(folder.path(), std::slice::from_ref(&path), None, &ReadCount::default())
+            .unwrap_err()
+            .to_string()
     };
     let mut random = Random(5);
     let points = street(&mut random, 0);
@@ -147,5 +151,8 @@ fn a_few_points_are_taken_as_usual() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("1.bin");
     std::fs::write(&path, [1.0f32, 2.0, 3.0, 0.5].map(f32::to_le_bytes).as_flattened()).unwrap();
-    assert_eq!(layout_of(folder.path(), &[path], None).unwrap(), (parsed(KNOWN[0].1), None));
+    assert_eq!(
+        layout_of(folder.path(), &[path], None, &ReadCount::default()).unwrap(),
+        (parsed(KNOWN[0].1), None)
+    );
 }
