@@ -153,7 +153,20 @@ fn pages(folder: &Path) -> Vec<Shown> {
         ],
         is_explored: false,
     };
-    vec![report, plots, suite]
+    once("score @/town.mcap -t @/truth.tum --voxel 0.5 --residuals returns.laz --json --quiet")
+        .copy("returns.laz", folder);
+    done(folder, "map check returns.laz --report check.html --quiet");
+    let check = Shown {
+        path: folder.join("check.html"),
+        named: &[
+            ("heading", "How good is returns.laz?"),
+            ("region", "What was found"),
+            ("image", "The map from above"),
+            ("region", "What this does not show"),
+        ],
+        is_explored: false,
+    };
+    vec![report, plots, suite, check]
 }
 
 #[test]
