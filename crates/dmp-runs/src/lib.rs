@@ -15,9 +15,10 @@ mod runs;
 mod vet;
 
 pub use asked::{
-    Config, Decide, DriftPairs, DriftReach, EvaluateError, Frame, FrameOrder, Looks, MapSource, Means, Note,
-    Progress, Remedy, Run, RunSource, Sample, ScoredPlace, ScoredReturns, ScoredRun, SettingName, Settings,
-    Sink, Stage, Unposed, Watch, as_asked_m, check_runs, in_threads, in_voxels, in_words, pool, so_far,
+    CastReturns, Config, Decide, DriftPairs, DriftReach, EvaluateError, Frame, FrameOrder, Looks, MapSource,
+    Means, Note, Progress, Remedy, ReturnDraw, Run, RunSource, Sample, ScoredPlace, ScoredReturns, ScoredRun,
+    SettingName, Settings, Sink, Stage, Unposed, Watch, as_asked_m, check_runs, in_threads, in_voxels,
+    in_words, pool, so_far,
 };
 pub use runs::{
     BLOCK_RAYS, Block, Heads, KNOWN_TIMES, MIN_BLOCK_RETURNS, PlannedFrame, PosedRun, Poser, RunPath,

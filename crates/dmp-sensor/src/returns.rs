@@ -24,11 +24,13 @@ pub enum DropReason {
     ScanNotSelected,
     /// Its scan is not in the sample that is scored, though it is in the map.
     ScanNotSampled,
+    /// It is in the map, but only one of a few consecutive returns was cast, and it was not drawn.
+    NotDrawn,
 }
 
 impl DropReason {
     /// Every reason, in the order of the report.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::NonFinite,
         Self::NoReturn,
         Self::TooNear,
@@ -38,6 +40,7 @@ impl DropReason {
         Self::ScanWithoutPose,
         Self::ScanNotSelected,
         Self::ScanNotSampled,
+        Self::NotDrawn,
     ];
 
     /// Its name in machine output: `non_finite`, `no_return`, …
@@ -52,6 +55,7 @@ impl DropReason {
             Self::ScanWithoutPose => "scan_without_pose",
             Self::ScanNotSelected => "scan_not_selected",
             Self::ScanNotSampled => "scan_not_sampled",
+            Self::NotDrawn => "not_drawn",
         }
     }
 }
@@ -77,10 +81,10 @@ impl ReturnCounts {
         self.dropped[reason as usize] += count;
     }
 
-    /// Takes `count` of the used returns for dropped: they turned out to have no pose.
-    pub fn unpose(&mut self, count: u64) {
+    /// Counts `count` of the used returns as dropped for `reason`.
+    pub fn drop_used(&mut self, reason: DropReason, count: u64) {
         self.used -= count;
-        self.add_dropped(DropReason::NoPose, count);
+        self.add_dropped(reason, count);
     }
 
     /// Notes that one of the dropped returns has a range that no LiDAR measures: see [`is_implausible`].

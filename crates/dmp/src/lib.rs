@@ -80,8 +80,8 @@ pub use dmp_revisit::drift::{
     Displacement, DriftBin, DriftComparison, DriftReport, Measured, RunDrift, VisitPairReport, VisitReport,
 };
 pub use dmp_runs::{
-    Config, Decide, Doubt, DoubtTest, DriftPairs, DriftReach, EvaluateError, Found, Frame, FrameOrder, Looks,
-    MapSource, Means, Mend, Note, PointTimes, PosesAs, Profile, Progress, Remedy, Run, RunSource, Sample,
-    ScoredPlace, ScoredReturns, ScoredRun, SettingName, Settings, Sink, Stage, Unposed, VetSummary, Vetted,
-    Watch, file_stem_of, in_threads, profiles, so_far, vet, vet_outline,
+    CastReturns, Config, Decide, Doubt, DoubtTest, DriftPairs, DriftReach, EvaluateError, Found, Frame,
+    FrameOrder, Looks, MapSource, Means, Mend, Note, PointTimes, PosesAs, Profile, Progress, Remedy, Run,
+    RunSource, Sample, ScoredPlace, ScoredReturns, ScoredRun, SettingName, Settings, Sink, Stage, Unposed,
+    VetSummary, Vetted, Watch, file_stem_of, in_threads, profiles, so_far, vet, vet_outline,
 };

@@ -162,7 +162,7 @@ impl<E: From<EvaluateError> + Send> Worker for Taker<'_, E> {
             rays.extend(block.posed(0).map(|(_, ray)| *ray));
             Ok::<(), EvaluateError>(())
         })?;
-        counts.unpose(counts.used() - rays.len() as u64);
+        counts.drop_used(DropReason::NoPose, counts.used() - rays.len() as u64);
         if let Err(error) = (self.take)(ordinal, rays) {
             self.failed.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
             // The caller gets the original error.

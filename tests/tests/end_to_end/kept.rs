@@ -60,7 +60,12 @@ fn runs_scored_apart_are_judged_as_if_scored_together() {
         &["-t @/truth.tum", "-t @/drift.tum", "-t @/noise.tum"],
         "--every 3",
     );
-    apart_is_together(folder, "@/town.mcap", &["-t @/truth.tum", "-t @/noise.tum"], "--sample 20 --every 2");
+    apart_is_together(
+        folder,
+        "@/town.mcap",
+        &["-t @/truth.tum", "-t @/noise.tum"],
+        "--sample 20 --every 2 --returns 1/2",
+    );
     let room = once("simulate room -o room --size 80x60 --frames 40 --rate 2 -q").folder.join("room");
     let room = room.display();
     let runs = ["good", "off"].map(|name| format!("-t {room}/estimates/{name}.txt"));

@@ -103,7 +103,8 @@ fn poses_in_words(trajectory: &Trajectory) -> String {
 /// What it took.
 pub(crate) fn done(host: &Hosted, report: &Report) {
     let total_s = report.timing.total_s;
-    let returns = report.inputs.returns_used;
+    let inputs = &report.inputs;
+    let returns = inputs.returns_used + inputs.dropped.0.get("not_drawn").copied().unwrap_or(0);
     let rate = text::short(returns as f64 / total_s.max(1e-9));
     // A program that runs the command has memory of its own, which is counted too.
     let peak = report.memory.peak_anon_bytes.filter(|_| host.program().is_none());

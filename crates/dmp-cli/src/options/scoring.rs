@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use dmp::{Confidence, Decide, DriftPairs, Ego, LengthUnit, Sample, Scales, SegmentLength};
+use dmp::{CastReturns, Confidence, Decide, DriftPairs, Ego, LengthUnit, Sample, Scales, SegmentLength};
 
 use super::Group::{Input, Resources, ReturnsAndMap, Sampling, Verdicts};
 use super::values::{self, Pair, parsed};
@@ -75,6 +75,12 @@ pub(crate) static SAMPLE: Opt<Sample> = Opt {
     help: "Score only N scans, or this share of them, evenly spread. The maps are made of all scans",
     ..Opt::text(Sampling, "sample", "N|P%", "2%", values::sample)
 };
+pub(crate) static RETURNS: Opt<CastReturns> = Opt {
+    sets: Some(|config, returns| config.returns = returns),
+    help: "Cast one of every few consecutive returns of a scan, or `all`. The maps are made of all returns. Default: 1/8 of a long \
+           log, more of a shorter one; all with --residuals",
+    ..Opt::text(Sampling, "returns", "SHARE", "1/4", values::returns)
+};
 pub(crate) static DECIDE: Opt<Pair> = Opt {
     conflicts: &[&output::KEEP],
     alone: Some(""),
@@ -137,6 +143,6 @@ pub(crate) const MAPPING: &[&dyn Entry] =
 pub(crate) const MEANS: &[&dyn Entry] = &[&MEMORY, &THREADS, &WORK];
 /// What `dmp score` and `dmp shard plan` evaluate, and how, besides the runs.
 pub(crate) const EVALUATION: &[&dyn Entry] =
-    &[&input::MAPS, &DRIFT, &CONFIDENCE, &SAME_WITHIN, &SAMPLE, &DECIDE];
+    &[&input::MAPS, &DRIFT, &CONFIDENCE, &SAME_WITHIN, &SAMPLE, &RETURNS, &DECIDE];
 /// Which returns are used, as drift, repair and calibrate need them.
 pub(crate) const RANGES: &[&dyn Entry] = &[&SCALES, &MIN_RANGE, &MAX_RANGE, &EGO];

@@ -3,7 +3,7 @@
 use std::str::FromStr;
 use std::time::Duration;
 
-use dmp::{Confidence, DriftPairs, Ego, LengthUnit, PosesAs, Sample, Scales, SegmentLength};
+use dmp::{CastReturns, Confidence, DriftPairs, Ego, LengthUnit, PosesAs, Sample, Scales, SegmentLength};
 use dmp_log::{TimeUnit, TrajectoryFormat};
 use dmp_sensor::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 
@@ -277,6 +277,13 @@ pub(crate) fn sample(text: &str) -> Result<Sample, String> {
     let frames = || text.parse().ok().filter(|&frames| frames > 0).map(Sample::Frames);
     let found = if text.ends_with('%') { part(text).ok().map(Sample::Share) } else { frames() };
     found.ok_or_else(|| format!("`{text}` is no sample: try 28 (scans) or 2%"))
+}
+
+/// `all` or `1/8`.
+pub(crate) fn returns(text: &str) -> Result<CastReturns, String> {
+    let one_in = if text == "all" { Some(1) } else { text.strip_prefix("1/").and_then(|n| n.parse().ok()) };
+    let error = || format!("`{text}` is no share of the returns: try all or 1/8 (to 1/1000)");
+    one_in.filter(|n| (1..=1000).contains(n)).map(CastReturns::OneIn).ok_or_else(error)
 }
 
 /// `99%` or `0.99`.

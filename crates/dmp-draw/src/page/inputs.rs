@@ -104,7 +104,11 @@ fn settings(report: &Report) -> String {
         format!("{drawn} of {total} of {} m{seed}, {revisited} of them revisited", places.length_m)
     } else {
         let (scored, total) = (counted(sampling.frames_scored, "scan"), count(sampling.frames_total));
-        format!("{scored} of {total}{seed}{looks}")
+        let drawn = match sampling.returns_one_in {
+            1 => String::new(),
+            one_in => format!(", one of {one_in} consecutive returns"),
+        };
+        format!("{scored} of {total}{drawn}{seed}{looks}")
     };
     let lines = [
         ("dmp", report.dmp_version.clone()),

@@ -199,7 +199,7 @@ fn where_and_when(report: &Report, pictures: &Pictures) -> Result<String, png::E
         figure(&by_size, "negative: the map has the surface behind the return; positive: in front of it"),
     ];
     let drawn = paragraph(&format!(
-        "Maps, pictures and the histogram show {} of {} returns, sampled evenly; scores use all.",
+        "Maps, pictures and the histogram show {} of the {} scored returns, sampled evenly.",
         count(pictures.sampled),
         count(report.inputs.returns_used)
     ));

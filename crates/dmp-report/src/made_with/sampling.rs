@@ -10,10 +10,13 @@ pub struct SamplingReport {
     pub frames_scored: u64,
     /// Scans that could have been.
     pub frames_total: u64,
-    /// Seed of the sample; null where no sample was asked for.
+    /// Seed of the samples; null where all scans were scored and all returns cast.
     pub seed: Option<u64>,
     /// How many scans were scored at each look whether that decides; null where no decision was asked for.
     pub looks: Option<Vec<u64>>,
+    /// Of so many consecutive returns of a scored scan one was cast; 1: every one.
+    #[serde(default = "every_one")]
+    pub returns_one_in: usize,
     /// Where not scans but places were drawn: which; null where not.
     pub places: Option<PlacesReport>,
 }
@@ -46,4 +49,9 @@ pub struct PlacesReport {
     pub share_asked: f64,
     /// Bytes of the log that were read, index and all; null where it is not known.
     pub bytes_read: Option<u64>,
+}
+
+/// Of reports without the field.
+fn every_one() -> usize {
+    1
 }

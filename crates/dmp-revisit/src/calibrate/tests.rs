@@ -224,7 +224,7 @@ fn scans_meet_at_their_own_poses_and_not_at_those_of_others() {
         max_gap_ns: i64::MAX,
         later_than_lines_ns: 0,
     };
-    let share = |order: Order| together(&blocks, &mount, order, 1.0).share();
+    let share = |order: Order| together(&blocks, &mount, order, 1.0, 1).share();
     assert!(
         share(Order::Own) > 1.2 * share(Order::Reversed),
         "{} {}",

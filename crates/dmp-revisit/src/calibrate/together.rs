@@ -73,9 +73,10 @@ pub fn together_of_blocks(blocks: &[Block], mount: &Mount<'_>, order: Order, met
     blocks.par_iter().map(|block| of_block(block, mount, order, CELL_M * metre_m)).collect()
 }
 
-/// How well the scans of all blocks fit together.
-pub fn together(blocks: &[Block], mount: &Mount<'_>, order: Order, metre_m: f64) -> Together {
-    total(&together_of_blocks(blocks, mount, order, metre_m))
+/// How well the scans of every `one_in`-th block fit together; 1: of all.
+pub fn together(blocks: &[Block], mount: &Mount<'_>, order: Order, metre_m: f64, one_in: usize) -> Together {
+    let of_block = |block: &Block| of_block(block, mount, order, CELL_M * metre_m);
+    total(&blocks.par_iter().step_by(one_in).map(of_block).collect::<Vec<_>>())
 }
 
 /// How well the scans of each block in which the run turns fit together: as it turns, and as if it did not.

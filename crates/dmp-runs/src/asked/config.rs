@@ -10,6 +10,7 @@ use dmp_sensor::transform_of;
 use dmp_sensor::{Isometry3, Trajectory};
 
 use crate::asked::drift::{DriftPairs, DriftReach};
+use crate::asked::returns::CastReturns;
 use crate::asked::sample::{Decide, Sample};
 
 /// One estimate to be scored: a trajectory and the map that belongs to it.
@@ -135,7 +136,9 @@ pub struct Config {
     pub every: usize,
     /// How many of the scans in use are scored; the maps use all of them.
     pub sample: Sample,
-    /// Seed of the sample: the same number draws the same scans.
+    /// How many of the returns of a scored scan are cast; the maps use all of them.
+    pub returns: CastReturns,
+    /// Seed of the samples: the same number draws the same scans and returns.
     pub seed: u64,
     /// Scores growing samples, from [`Self::sample`] or 28 scans on, until the better run is decided.
     pub decide: Option<Decide>,
@@ -195,6 +198,7 @@ impl Default for Config {
             ego: Ego::Auto,
             every: 1,
             sample: Sample::All,
+            returns: CastReturns::ByNumber,
             seed: 0,
             decide: None,
             body_from_sensor: Isometry3::identity(),

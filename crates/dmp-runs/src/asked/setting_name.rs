@@ -24,6 +24,8 @@ pub enum SettingName {
     Every,
     /// [`Config::sample`](crate::Config::sample).
     Sample,
+    /// [`Config::returns`](crate::Config::returns).
+    Returns,
     /// [`Config::decide`](crate::Config::decide).
     Decide,
     /// The share of a log that a quick score reads.
@@ -87,6 +89,7 @@ impl fmt::Display for SettingName {
             Self::SameWithin => "same-within",
             Self::Every => "every",
             Self::Sample => "sample",
+            Self::Returns => "returns",
             Self::Decide => "decide",
             Self::Quick => "quick",
             Self::Map => "map",

@@ -14,6 +14,7 @@ use crate::asked::check::check_ranges;
 use crate::asked::config::{Config, Frame, FrameOrder, Run};
 use crate::asked::drift::{DriftPairs, DriftReach};
 use crate::asked::error::EvaluateError;
+use crate::asked::returns::CastReturns;
 use crate::asked::sample::{Decide, Sample};
 use crate::asked::setting_name::SettingName;
 
@@ -40,7 +41,9 @@ pub struct Settings {
     pub every: usize,
     /// How many of the scans in use are scored.
     pub sample: Sample,
-    /// Seed of the sample.
+    /// How many of the returns of a scored scan are cast.
+    pub returns: CastReturns,
+    /// Seed of the samples.
     pub seed: u64,
     /// When growing samples stop.
     pub decide: Option<Decide>,
@@ -122,6 +125,7 @@ impl Config {
             ego: self.ego,
             every: self.every,
             sample: self.sample,
+            returns: self.returns,
             seed: self.seed,
             decide: self.decide.clone(),
             body_from_sensor: self.body_from_sensor,
@@ -256,6 +260,8 @@ mod tests {
             Config { map_unit: Some(LengthUnit::Metre), ..config.clone() },
             Config { same_within_m: Some(0.02), ..config.clone() },
             Config { ego: Ego::None, ..config.clone() },
+            Config { returns: CastReturns::OneIn(1), ..config.clone() },
+            Config { returns: CastReturns::OneIn(8), ..config.clone() },
             Config { drift: DriftPairs::All, ..config.clone() },
             Config { drift: DriftPairs::AtMost(7), ..config.clone() },
             Config { drift_reach: DriftReach::Far, ..config.clone() },

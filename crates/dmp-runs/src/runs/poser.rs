@@ -5,6 +5,7 @@ use dmp_sensor::{
     is_implausible,
 };
 
+use crate::asked::ReturnDraw;
 use crate::runs::frame::PlannedFrame;
 use crate::runs::known_poses::KnownPoses;
 use crate::runs::path::RunPath;
@@ -55,6 +56,7 @@ impl Block<'_> {
 pub struct Poser<'a> {
     filter: &'a ReturnFilter,
     one_in: u64,
+    draw: ReturnDraw,
     runs: Vec<RunCursor<'a>>,
     known: KnownPoses,
     offsets_ns: Vec<i64>,
@@ -94,6 +96,7 @@ impl<'a> Poser<'a> {
         Self {
             filter,
             one_in: 1,
+            draw: ReturnDraw::ALL,
             runs,
             known: KnownPoses::default(),
             offsets_ns: Vec::new(),
@@ -105,6 +108,12 @@ impl<'a> Poser<'a> {
     #[must_use]
     pub fn taking_one_in(self, one_in: u64) -> Self {
         Self { one_in: one_in.max(1), ..self }
+    }
+
+    /// The same for the returns that are drawn.
+    #[must_use]
+    pub fn drawing(self, draw: ReturnDraw) -> Self {
+        Self { draw, ..self }
     }
 
     /// Passes `each` the used returns of the scan with this ordinal, block by block, if some run has a pose for it. The
@@ -128,7 +137,10 @@ impl<'a> Poser<'a> {
         self.known.clear();
         // The beams of a firing share their time and thus their poses.
         let mut posed_at_ns = None;
-        for (index, &point) in scan.points_in_sensor_m.iter().enumerate() {
+        let mut drawn = 0;
+        for index in self.draw.of_scan(frame.number, scan.len()) {
+            drawn += 1;
+            let point = scan.points_in_sensor_m[index];
             if self.one_in > 1 && !drawn_by(point).is_multiple_of(self.one_in) {
                 continue;
             }
@@ -158,6 +170,7 @@ impl<'a> Poser<'a> {
             self.pose_points();
             each(self.block())?;
         }
+        counts.add_dropped(DropReason::NotDrawn, scan.len() as u64 - drawn);
         Ok(counts)
     }
 

@@ -19,6 +19,9 @@ const CONFIDENCE: f64 = 0.999;
 /// Correct inputs gain less than a hundredth from any, wrong ones half as much again and more.
 const BETTER_BY: f64 = 1.25;
 const BETTER_BY_SHARE: f64 = 0.1;
+/// One block in so many is enough to see that an interpretation is not worth all: there it must fit better by this factor.
+const FEW: usize = 4;
+const WORTH_BY: f64 = 1.1;
 /// An interpretation in which the vehicle travels less than this part of its path proves nothing: scans of
 /// one place always fit together.
 const LEAST_WAY: f64 = 0.5;
@@ -81,7 +84,7 @@ impl Look<'_> {
                 error => Err(error),
             };
         }
-        let Some(given) = self.together(run, Order::Own)? else { return Ok(found) };
+        let Some(given) = self.together(run, 1)? else { return Ok(found) };
         found.together = Some(given.share());
         found.is_thin = given.is_too_thin();
         if found.is_thin {
@@ -152,8 +155,12 @@ impl Look<'_> {
     fn best_reading(&self, run: &Run, given: Together) -> Result<Option<(Together, Reading)>, EvaluateError> {
         let speed_m_per_s = given.way_m / given.way_s.max(1e-3);
         let mut best: Option<(Together, Reading)> = None;
+        let few_given = self.together(run, FEW)?.map_or(0.0, |few| few.share());
         for reading in readings::all(run, self.settings, self.heads.summary(), speed_m_per_s) {
-            let Some(fit) = self.together(&reading.run, Order::Own)? else { continue };
+            if self.together(&reading.run, FEW)?.is_some_and(|few| few.share() < WORTH_BY * few_given) {
+                continue;
+            }
+            let Some(fit) = self.together(&reading.run, 1)? else { continue };
             let stands = reading.is_shift && fit.way_m < LEAST_WAY * given.way_m;
             // A share of the few returns at the end of the drive does not count.
             let is_whole = 2 * fit.returns > given.returns;
@@ -171,12 +178,13 @@ impl Look<'_> {
 
     /// The share of returns that meet those of nearby scans; `None` where none can be placed.
     pub(super) fn share(&self, run: &Run) -> Result<Option<f64>, EvaluateError> {
-        Ok(self.together(run, Order::Own)?.map(|together| together.share()))
+        Ok(self.together(run, 1)?.map(|together| together.share()))
     }
 
-    fn together(&self, run: &Run, order: Order) -> Result<Option<Together>, EvaluateError> {
+    /// How well the scans of one block in so many fit together.
+    fn together(&self, run: &Run, one_in: usize) -> Result<Option<Together>, EvaluateError> {
         self.mounted(run, |mount| {
-            let found = together(self.blocks, mount, order, self.settings.metre_m());
+            let found = together(self.blocks, mount, Order::Own, self.settings.metre_m(), one_in);
             (found.returns > 0).then_some(found)
         })
     }

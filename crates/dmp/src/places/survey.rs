@@ -28,5 +28,7 @@ pub(super) fn look(
     let survey = Survey { log: &log, settings, pool, progress };
     let (filter, surveyed) = survey.look(&frames, settings.voxel_m)?;
     let largest_scan = log.frames().iter().map(|frame| frame.returns).max().unwrap_or(0);
-    Ok((Plan { selection, filter, surveyed, looks }, largest_scan))
+    // The scans of a place are few: by default their returns are all cast.
+    let draw = settings.returns.draw(0, settings.seed);
+    Ok((Plan { selection, filter, surveyed, looks, draw }, largest_scan))
 }

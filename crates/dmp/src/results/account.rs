@@ -14,8 +14,15 @@ impl<M> Evaluation<'_, M> {
     pub(crate) fn account(&self, scored: &mut Scored) -> Result<(), EvaluateError> {
         // Holds only if all scans were scored, not a sample.
         let all_scored = scored.reducer.frames_added() == self.plan.frames().len() as u64;
-        if let Some(first) = self.fused.counts.filter(|first| all_scored && *first != scored.counts) {
-            return Err(EvaluateError::LogChanged { first: first.used(), second: scored.counts.used() });
+        if let Some(mut first) = self.fused.counts.filter(|_| all_scored) {
+            // Of what was not drawn, fusing knows whether it could have been cast.
+            let not_drawn = scored.counts.dropped(DropReason::NotDrawn);
+            let (cast, fused) = (scored.counts.used(), first.used());
+            first.drop_used(DropReason::NotDrawn, fused.saturating_sub(cast));
+            if first.total() != scored.counts.total() || not_drawn == 0 && first != scored.counts {
+                return Err(EvaluateError::LogChanged { first: fused, second: cast });
+            }
+            scored.counts = first;
         }
         let (used, all) = (self.returns(), self.plan.frames().iter().map(|frame| frame.returns).sum::<u64>());
         scored.counts.add_dropped(DropReason::ScanNotSampled, used.saturating_sub(scored.counts.total()));

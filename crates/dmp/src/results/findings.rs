@@ -100,8 +100,9 @@ impl Findings<'_> {
             sampling: SamplingReport {
                 frames_scored: scored.frames,
                 frames_total: plan.frames().len() as u64,
-                seed: plan.looks.is_sampled().then_some(settings.seed),
+                seed: (plan.looks.is_sampled() || plan.draw.one_in() > 1).then_some(settings.seed),
                 looks: settings.decide.is_some().then(|| scored.looks.clone()),
+                returns_one_in: plan.draw.one_in(),
                 places: scored.places,
             },
             warnings: Vec::new(),

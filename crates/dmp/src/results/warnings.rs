@@ -201,10 +201,10 @@ fn of_report<M>(report: &Report, plan: &Plan, runs: &[PosedRun<'_, M>]) -> Vec<S
 /// sample or not; other returns as a share of what was asked for, and where that was sampled, of what was read of it with a
 /// pose.
 fn of_drops(inputs: &InputReport) -> Vec<String> {
-    const ASKED_FOR: [&str; 2] = ["scan_not_selected", "scan_not_sampled"];
+    const ASKED_FOR: [&str; 3] = ["scan_not_selected", "scan_not_sampled", "not_drawn"];
     const UNPOSED: &str = "scan_without_pose";
     let dropped = |reason: &str| inputs.dropped.0.get(reason).copied().unwrap_or(0);
-    let [not_selected, not_sampled] = ASKED_FOR.map(dropped);
+    let [not_selected, not_sampled, _] = ASKED_FOR.map(dropped);
     let asked = inputs.returns - not_selected;
     let read = if not_sampled > 0 { asked - not_sampled - dropped(UNPOSED) } else { asked };
     let share = |reason: &str| {

@@ -12,7 +12,7 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use clap::{Args as _, FromArgMatches as _};
-use dmp::{Config, Report, evaluate};
+use dmp::{CastReturns, Config, Report, evaluate};
 use serde::Serialize;
 
 use crate::console::{Common, Exit, Terminal, say, when_printed};
@@ -82,7 +82,10 @@ fn inputs(asked: &Asked, log: &LogInput) -> Vec<PathBuf> {
 }
 
 pub(crate) fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::Result<Exit> {
-    let config = config(asked)?;
+    let mut config = config(asked)?;
+    if !asked.all(&output::RESIDUALS).is_empty() && asked.get(&scoring::RETURNS).is_none() {
+        config.returns = CastReturns::OneIn(1);
+    }
     let log = LogInput::of(asked)?;
     // What is short comes first, so that a mistake in it is reported before a long log is read.
     let started = Runs::start(asked)?;

@@ -132,8 +132,12 @@ fn settings(report: &Report) -> String {
         Some(_) => format!("{} scored", counted(inputs.returns_used, "return")),
         None => of(inputs.returns_used, inputs.returns, "return"),
     };
+    let drawn = match report.sampling.returns_one_in {
+        1 => String::new(),
+        one_in => format!(" cast, one of {one_in} consecutive"),
+    };
     format!(
-        "{}, {returns}; voxel {} m, {segments}, ranges {} to {} m",
+        "{}, {returns}{drawn}; voxel {} m, {segments}, ranges {} to {} m",
         of(inputs.scans_used as u64, inputs.scans as u64, "scan"),
         // The edge is a multiple of 2^-13 m: shown in millimetres, as it was asked for.
         (1e3 * config.voxel_m).round() / 1e3,

@@ -10,7 +10,9 @@ pub(super) fn in_words(sampling: &SamplingReport) -> Option<String> {
     if let Some(places) = &sampling.places {
         return Some(places_in_words(sampling, places));
     }
-    sampling.seed?;
+    if sampling.frames_scored == sampling.frames_total && sampling.looks.is_none() {
+        return None;
+    }
     let looks = sampling.looks.as_ref().map_or(String::new(), |looks| {
         let looks: Vec<String> = looks.iter().copied().map(text::count).collect();
         format!("; looked at {}", looks.join(", "))

@@ -153,9 +153,9 @@ pub(super) fn odd_scans(shapes: &[ScanShape]) -> Vec<(usize, Oddity)> {
     };
     let more = |k: usize| ratio(shapes[k].returns, usual_returns_beside(k)) - 1.0;
     let apart = |k: usize| {
-        let others = beside(k).filter(|other| other.used >= ENOUGH);
+        let others = beside(k).filter(|other| other.returns >= ENOUGH);
         let nearest = others.map(|other| shapes[k].apart(other)).reduce(f64::min);
-        nearest.filter(|_| shapes[k].used >= ENOUGH).unwrap_or(0.0)
+        nearest.filter(|_| shapes[k].returns >= ENOUGH).unwrap_or(0.0)
     };
     let usual_of = |of: &dyn Fn(usize) -> f64| {
         let mut all: Vec<f64> = (0..shapes.len()).map(of).collect();
@@ -192,18 +192,13 @@ pub(super) fn odd_scans(shapes: &[ScanShape]) -> Vec<(usize, Oddity)> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::shapes::ShapeCounts;
     use super::*;
-    use dmp_sensor::{ReturnCounts, Scan};
+    use dmp_sensor::Scan;
 
     fn shape(ranges_m: impl Iterator<Item = f64>, implausible: u32) -> ScanShape {
-        let points_in_sensor_m: Vec<[f32; 3]> = ranges_m.map(|range_m| [range_m as f32, 0.0, 0.0]).collect();
-        let mut counts = ShapeCounts::default();
-        counts.add(&points_in_sensor_m);
-        let returns = points_in_sensor_m.len() as u32;
-        counts.look_at(&Scan { points_in_sensor_m, ..Scan::default() });
-        let mut shape = counts.take(&ReturnCounts::default());
-        (shape.returns, shape.implausible) = (returns, implausible);
+        let points_in_sensor_m = ranges_m.map(|range_m| [range_m as f32, 0.0, 0.0]).collect();
+        let mut shape = ScanShape::of(&Scan { points_in_sensor_m, ..Scan::default() });
+        shape.implausible = implausible;
         shape
     }
 

@@ -13,7 +13,7 @@ use dmp_sensor::{DepthNoise, Isometry3, Ray, ReturnCounts, Scan, depth_per_range
 
 use super::casters::{RunCaster, bases};
 use super::copies::mark_of;
-use super::shapes::{ScanShape, ShapeCounts};
+use super::shapes::ScanShape;
 use crate::passes::evaluation::Evaluation;
 use crate::passes::frames::Worker;
 
@@ -38,7 +38,6 @@ pub(super) struct CastWorker<'e> {
     pub(super) counts: ReturnCounts,
     /// For the scans seen without a checksum: their places in the plan, and their shapes.
     pub(super) shapes: Vec<(u64, ScanShape)>,
-    shape: ShapeCounts,
     /// For the scans seen: their places in the plan, and the hash of their returns.
     pub(super) marks: Vec<(u64, u64)>,
 }
@@ -65,7 +64,7 @@ impl<'e> CastWorker<'e> {
         let Evaluation { log, settings, plan, runs, .. } = evaluation;
         Self {
             evaluation,
-            poser: Poser::new(posed(runs), &plan.filter),
+            poser: Poser::new(posed(runs), &plan.filter).drawing(plan.draw),
             runs: runs.iter().map(|run| CastRun::new(run, &bases(runs))).collect(),
             depth_noise: log.summary().camera.map(|_| settings.depth_noise()),
             queries: Vec::new(),
@@ -76,7 +75,6 @@ impl<'e> CastWorker<'e> {
             tiles: HashMap::new(),
             counts: ReturnCounts::default(),
             shapes: Vec::new(),
-            shape: ShapeCounts::default(),
             marks: Vec::new(),
         }
     }
@@ -88,17 +86,13 @@ impl Worker for CastWorker<'_> {
         let (depth_noise, scales) = (self.depth_noise.as_ref(), self.frame.scales());
         let per_tile = evaluation.means.per_tile;
         self.frame.clear();
-        let (unguarded, shape) = (!evaluation.log.summary().has_checksums, &mut self.shape);
-        if unguarded {
-            shape.look_at(scan);
+        if !evaluation.log.summary().has_checksums {
+            self.shapes.push((ordinal as u64, ScanShape::of(scan)));
         }
         self.marks.extend(mark_of(scan).map(|mark| (ordinal as u64, mark)));
         let sums = &mut self.frame;
         let mut first = 0;
         let counts = poser.blocks((ordinal, frame), scan, |block| {
-            if unguarded {
-                shape.add(block.points_in_sensor_m);
-            }
             let mut reposed = false;
             for (number, (run, residuals)) in runs.iter_mut().zip(residuals.iter_mut()).enumerate() {
                 residuals.clear();
@@ -135,9 +129,6 @@ impl Worker for CastWorker<'_> {
         }
         self.reducer.add_frame(ordinal as u64, &self.frame)?;
         self.evaluation.sink.frame_scored(frame.number, &self.frame);
-        if unguarded {
-            self.shapes.push((ordinal as u64, self.shape.take(&counts)));
-        }
         self.counts.merge(&counts);
         self.evaluation.progress.advance(counts.total());
         Ok(())

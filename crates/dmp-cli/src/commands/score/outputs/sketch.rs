@@ -80,7 +80,8 @@ impl Sketch {
             (Sample::Share(share), None) => (share * scans, RETURNS),
             (Sample::All, None) => (scans, RETURNS),
         };
-        let expected = returns * (scored / scans.max(1.0)).min(1.0);
+        let scored_returns = returns * (scored / scans.max(1.0)).min(1.0);
+        let expected = scored_returns / settings.returns.draw(scored_returns as u64, 0).one_in() as f64;
         Ok(Self {
             host: host.clone(),
             wanted,
