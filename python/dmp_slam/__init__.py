@@ -16,6 +16,9 @@ from ._commands import calibrate, compare, drift, info, loops, quick, repair
 from ._core import Table, __version__
 from ._map import Hits, Map, Surfels
 from ._poses import Poses
+from ._race.race import race
+from ._race.result import Race
+from ._race.system import System
 from ._result import Result
 from ._score import score
 from ._suite import SuiteResult, suite
@@ -29,6 +32,7 @@ __all__ = [
     "InputError",
     "Map",
     "Poses",
+    "Race",
     "Result",
     "Scan",
     "Surfels",
@@ -42,6 +46,7 @@ __all__ = [
     "info",
     "loops",
     "quick",
+    "race",
     "repair",
     "score",
     "simulate",

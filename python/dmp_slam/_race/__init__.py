@@ -1,0 +1,1 @@
+"""Runs SLAM systems on one log and ranks what they give back."""

@@ -1,0 +1,59 @@
+"""The process of one run: a driver gets the scans one by one, and its poses become a trajectory as TUM.
+
+``python -m dmp_slam._race.worker DRIVER`` prints the systems of a driver as JSON; with an order, a ``.json``, it runs one of them.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from pathlib import Path
+from typing import Any, Iterator
+
+from .. import convert
+from .._poses import Poses, trajectory
+from .._sweep import Scan
+from ..errors import Error, InputError
+from .scans import Scans, instant_ns
+from .system import load
+
+
+def describe(driver: str) -> dict[str, Any]:
+    """The systems of a driver, with versions and parameters."""
+    return {name: {"version": one.version, "parameters": dict(one.parameters)} for name, one in load(driver).items()}
+
+
+def run(order: dict[str, Any]) -> None:
+    """Runs one system; writes its trajectory, and how long it took for the scans."""
+    system, folder = load(order["driver"])[order["system"]], Path(order["folder"])
+    at = system.instant(order["parameters"])
+    # When the pose of a scan holds, by the scan's stamp.
+    instants: dict[int, int] = {}
+
+    def scans() -> Iterator[Scan]:
+        for scan in Scans(Path(order["scans"]), order["first"], order["last"]):
+            instants[int(scan.stamp or 0)] = instant_ns(scan, at)
+            yield scan
+
+    began_s = time.perf_counter()
+    found = list(system.run(scans(), order["parameters"]))
+    facts = {"pose_at": at, "run_s": time.perf_counter() - began_s}
+    if not found:
+        raise InputError("the system gave no poses")
+    stamps = [instants.get(int(stamp_ns), int(stamp_ns)) for stamp_ns, _ in found]
+    poses = trajectory(order["system"], Poses([pose for _, pose in found], stamps), folder / "poses")
+    convert.trajectory(poses, order["trajectory"], to="tum")
+    (folder / "facts.json").write_text(json.dumps(facts), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    try:
+        if sys.argv[1].endswith(".json"):
+            run(json.loads(Path(sys.argv[1]).read_text(encoding="utf-8")))
+        else:
+            # Whatever a driver prints as it is loaded does not come between.
+            out, sys.stdout = sys.stdout, sys.stderr
+            json.dump(describe(sys.argv[1]), out)
+    except Error as error:
+        sys.exit(str(error))

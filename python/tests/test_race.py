@@ -1,0 +1,214 @@
+"""Races: systems in processes of their own, one answer, and a row with a reason for each that fails."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from conftest import SAMPLES, scores
+
+import dmp_slam as dmp
+from dmp_slam._race.field import entries
+from dmp_slam._race.grid import Grid, records
+from dmp_slam._race.system import DRIVERS
+
+#: A driver as a stranger writes it: it replays a trajectory, or misbehaves.
+DRIVER = '''
+import os, signal, time
+import numpy as np
+import dmp_slam as dmp
+
+TRUTH = {int(line.split()[0].replace(".", "")): np.array(line.split()[1:], float) for line in open(%r) if line[0] != "#"}
+
+
+def pose(row, noise, random):
+    x, y, z, w = row[3:]
+    turn = [[1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)], [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]]
+    return np.column_stack([turn, row[:3] + noise * random.standard_normal(3)])
+
+
+def run(scans, given):
+    random = np.random.default_rng(None if given["chance"] else 1)
+    for number, scan in enumerate(scans):
+        if number == 3:
+            misbehave(given["does"])
+        found = pose(TRUTH[scan.stamp], given["noise"], random)
+        yield scan.stamp, found * np.nan if given["does"] == "nonsense" and number == 5 else found
+
+
+def misbehave(how):
+    if how == "dies":
+        os.kill(os.getpid(), signal.SIGSEGV)
+    if how == "hangs":
+        time.sleep(1000)
+    if how == "hungers":
+        full = [np.ones(10_000_000) for _ in range(100)]
+    if how == "raises":
+        raise ValueError("no features")
+
+
+def system(does="", noise=0.0, chance=False):
+    return dmp.System(run, {"does": does, "noise": noise, "chance": chance, "unused": 1.5}, "1.0", "start")
+
+
+def systems():
+    bad = {how: system(how) for how in ("dies", "hangs", "hungers", "raises", "nonsense")}
+    return {"exact": system(), "noisy": system(noise=0.1), "lucky": system(noise=0.1, chance=True), **bad}
+'''
+#: Few returns and no pictures.
+FEW = {"every": 4}
+
+
+@pytest.fixture(scope="module")
+def driver(tmp_path_factory: pytest.TempPathFactory) -> str:
+    file = tmp_path_factory.mktemp("driver") / "mine.py"
+    file.write_text(DRIVER % str(SAMPLES / "truth.tum"))
+    return str(file)
+
+
+@pytest.fixture(scope="module")
+def good(town: Path, driver: str) -> dmp.Race:
+    return dmp.race(town, [f"{driver}:exact", f"{driver}:noisy"], score=FEW, progress=False)
+
+
+def test_the_better_map_wins_and_everything_is_recorded(town, driver, good):
+    assert good.best == "exact" and good.order == ["exact", "noisy"] and not good.is_damaged and good.failed == {}
+    again = dmp.score(town, {name: good.trajectory(name) for name in ("exact", "noisy")}, progress=False, **FEW)
+    assert scores(again.to_json())["pairs"] == good.data["score"]["pairs"]
+    exact, noisy = good.data["runs"]
+    assert (exact["version"], exact["driver"], exact["pose_at"]) == ("1.0", driver, "start")
+    assert noisy["parameters"] == {"does": "", "noise": 0.1, "chance": False, "unused": 1.5}
+    assert 0 < exact["run_s"] < exact["wall_s"] and 10e6 < exact["peak_memory_bytes"] < 1e9
+    assert json.loads((good.folder / "race.json").read_text())["runs"] == good.data["runs"]
+    assert "exact" in (good.folder / "page.html").read_text(encoding="utf-8")
+    assert repr(good).startswith("exact is better than noisy.") and "  1.0" in repr(good)
+    # A race can be run again by what its result says.
+    second = dmp.race(town, **good.data["asked"], progress=False)
+    assert second.data["score"]["runs"] == good.data["score"]["runs"]
+
+
+def test_a_system_that_fails_is_a_row_and_changes_no_number(town, driver, good, tmp_path):
+    commands = {"absent": "/nowhere/slam {log} {out}", "empty": "true {out}", "text": "echo hello > {out}"}
+    far = "awk '{{$2 = NR * 1e6; print}}' " + str(good.trajectory("exact")) + " > {out}"
+    systems = {"hangs": f"{driver}:hangs", "exact": f"{driver}:exact", "dies": f"{driver}:dies", **commands, "flies": far}
+    systems |= {name: f"{driver}:{name}" for name in ("hungers", "raises", "nonsense", "noisy")}
+    race = dmp.race(town, systems, score=FEW, minutes=0.2, memory="400 MB", out=tmp_path / "out", progress=False)
+    assert race.is_damaged and race.order == ["exact", "noisy"] and set(race.failed) == set(systems) - {"exact", "noisy"}
+    for name, reason in {
+        "hangs": "did not end within 12 s",
+        "dies": "was killed by SIGSEGV",
+        "hungers": "used more than 400 MB of memory",
+        "raises": "ended with exit code 1: ValueError: no features",
+        "nonsense": "pose 5 is not finite",
+        "absent": "ended with exit code 127: ",
+        "empty": "wrote no trajectory: ",
+        "text": "wrote no trajectory: ",
+        "flies": "moved at ",
+    }.items():
+        assert reason in race.failed[name], (name, race.failed[name])
+        assert f"{race.failed[name]}" in repr(race)
+        with pytest.raises(KeyError):
+            race.trajectory(name)
+    for name in ("exact", "noisy"):
+        assert race.trajectory(name).read_bytes() == good.trajectory(name).read_bytes()
+    for part in ("runs", "pairs", "order", "drift"):
+        assert race.data["score"][part] == good.data["score"][part], part
+
+
+def test_nothing_of_a_system_is_left_running(town, driver, tmp_path):
+    mark = str(tmp_path / "mark")
+    systems = {"forks": f"(sleep 1000; touch {mark}) & sleep 1000; echo {{out}}"}
+    race = dmp.race(town, systems, minutes=0.02, score=FEW, progress=False)
+    assert race.failed == {"forks": "did not end within 1 s"} and race.best is None and race.order == []
+    left = [Path(f"/proc/{entry.name}/cmdline") for entry in Path("/proc").iterdir() if entry.name.isdigit()]
+    assert not [file for file in left if file.exists() and mark.encode() in file.read_bytes()]
+    assert "no run has a score" in repr(race)
+
+
+def test_the_command(town, driver, tmp_path):
+    call = [sys.executable, "-m", "dmp_slam", "race", town, "-s", f"{driver}:exact", "-s", f"bad={driver}:raises", "--score", "every=4"]
+    done = subprocess.run([*call, "-o", tmp_path / "out"], capture_output=True, text=True, check=False)
+    assert done.returncode == 3, done.stderr
+    assert "ended with exit code 1: ValueError: no features" in done.stdout
+    assert {"race.json", "page.html", "exact.tum", "exact.log", "bad.log"} <= {file.name for file in (tmp_path / "out").iterdir()}
+    # Nothing is overwritten.
+    done = subprocess.run([*call, "-o", tmp_path / "out"], capture_output=True, text=True, check=False)
+    assert done.returncode == 2 and "there is something already" in done.stderr
+
+
+def test_settings_are_a_grid_and_wrong_ones_are_refused(driver):
+    found = entries([f"{driver}:noisy"], {"noisy": {"noise": [0.01, 1], "unused": 2}})
+    assert [entry.name for entry in found] == ["noisy-noise-0.01", "noisy-noise-1.0"]
+    assert found[1].parameters == {"does": "", "noise": 1.0, "chance": False, "unused": 2.0}
+    for settings, line in [
+        ({"noisy": {"nose": 1}}, "noisy has no parameter 'nose'; it has chance, does, noise, unused"),
+        ({"noisy": {"noise": "much"}}, "noisy: noise is a float as 0.1, not 'much'"),
+        ({"kiss": {"voxel_size": 1}}, "settings of 'kiss': it is none of the systems: noisy"),
+    ]:
+        with pytest.raises(dmp.UsageError, match=line):
+            entries([f"{driver}:noisy"], settings)
+    for systems, line in [([f"{driver}:none"], "has no system 'none'"), (["cmd {out}"], "a command needs a name")]:
+        with pytest.raises(dmp.UsageError, match=line):
+            entries(systems, {})
+
+
+def test_tuning_is_judged_on_scans_that_took_no_part(town, driver):
+    settings = {"noisy": {"noise": [0.0, 0.1, 0.2, 0.4]}}
+    race = dmp.race(town, [f"{driver}:noisy"], tune="noisy", settings=settings, score=FEW, progress=False)
+    tune = race.data["tune"]
+    assert [round["scans"] for round in tune["rounds"]] == [15, 30, 60] and tune["on_rest"]["scans"] == 40
+    assert len(tune["rounds"][0]["order"]) == 4 and len(tune["rounds"][2]["order"]) == 2
+    assert tune["better"] == "noisy-noise-0.0" == race.best and tune["on_rest"]["better_by_m"] > 0
+    assert "noise 0.0 instead of 0.1; chosen on the first 60 % of the log, where it is" in repr(race)
+    # A parameter without effect.
+    same = dmp.race(town, [f"{driver}:exact"], tune="exact", settings={"exact": {"unused": [3.0]}}, score=FEW, progress=False)
+    assert same.data["tune"]["better"] is None and "better than the default" in repr(same)
+    with pytest.raises(dmp.UsageError, match="tune='kiss': it is none of the systems: exact"):
+        dmp.race(town, [f"{driver}:exact"], tune="kiss")
+
+
+def test_repeats_show_the_scatter_of_a_version(town, driver):
+    race = dmp.race(town, [f"{driver}:exact", f"{driver}:lucky"], repeats=3, score=FEW, progress=False)
+    exact, lucky = race.data["scatter"]
+    assert (exact["different"], exact["apart_m"]) == (1, 0.0) and (lucky["different"], lucky["pairs"]) == (3, 3)
+    assert 0.01 < lucky["apart_m"] < 2
+    assert [row["same_as"] for row in race.data["runs"][:3]] == [None, "exact-run1", "exact-run1"]
+    assert "exact: 3 runs gave the same poses, bit by bit" in repr(race)
+
+
+def test_rows_and_columns_are_found(scans):
+    _, found = scans
+    scan = found[0]
+    grid = Grid.of(scan)
+    # The town is simulated with these.
+    assert (grid.rows, grid.columns) == (16, 240)
+    organised = records(scan, grid)
+    filled = organised[organised["x"] != 0]
+    assert len(organised) == grid.rows * grid.columns and len(filled) > 0.98 * len(scan.points)
+    for row in range(grid.rows):
+        of_row = filled[filled["row"] == row]
+        elevation = np.arctan2(of_row["z"], np.hypot(of_row["x"], of_row["y"]))
+        assert np.ptp(elevation) < np.radians(0.2)
+    with pytest.raises(dmp.InputError, match="takes rows of beams"):
+        Grid.of(dmp.Scan(np.random.default_rng(1).standard_normal((5000, 3))))
+
+
+def test_drivers_are_short():
+    lengths = {file.name: len(file.read_text().splitlines()) for file in DRIVERS.glob("*.py")}
+    assert lengths and all(length <= 60 for length in lengths.values()), lengths
+
+
+@pytest.mark.parametrize("name", ["kiss", "loam"])
+def test_systems_of_evalio(town, name):
+    pytest.importorskip("evalio")
+    race: Any = dmp.race(town, [name], score=FEW, progress=False)
+    assert race.failed == {} and race.order == [name]
+    (row,) = race.data["runs"]
+    assert "evalio" in row["version"] and row["parameters"]["min_range"] == 1.5 and row["pose_at"] == "middle"
+    assert len(race.trajectory(name).read_text().splitlines()) >= 100
