@@ -35,6 +35,7 @@ __all__ = [
     "Race",
     "Result",
     "Scan",
+    "System",
     "Surfels",
     "Table",
     "UsageError",

@@ -19,11 +19,12 @@ def main() -> int:
 
     import dmp_slam as dmp
 
-    logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stderr)
+    logging.basicConfig(level=logging.WARNING, format="%(message)s", stream=sys.stderr)
+    logging.getLogger("dmp_slam.race").setLevel(logging.INFO)
     try:
         race = dmp.race(
             given.log,
-            _systems(given.system),
+            given.system or None,
             settings=_settings(given.set),
             tune=given.tune,
             repeats=given.repeats,
@@ -63,11 +64,6 @@ def _parser() -> argparse.ArgumentParser:
     add("-o", "--out", default="race", metavar="FOLDER", help="new folder for trajectories, race.json and page.html (race)")
     add("--json", action="store_true", help="print race.json instead of tables")
     return parser
-
-
-def _systems(given: list[str]) -> Any:
-    named = [text.partition("=") if "=" in text else (text, "", text) for text in given]
-    return {name: system for name, _, system in named} or None
 
 
 def _pair(text: str) -> tuple[str, Any]:

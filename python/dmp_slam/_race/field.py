@@ -53,11 +53,16 @@ def entries(systems: Systems, settings: Mapping[str, Mapping[str, Any]]) -> list
     unknown = [name for name in settings if all(entry.system != name for entry in found)]
     if unknown:
         raise UsageError(f"settings of {unknown[0]!r}: it is none of the systems: {', '.join(entry.system for entry in found)}")
-    return [each for entry in found for each in grid(entry, settings.get(entry.system, {}))]
+    found = [each for entry in found for each in grid(entry, settings.get(entry.system, {}))]
+    names = [entry.name for entry in found]
+    twice = [name for name in names if names.count(name) > 1]
+    if twice:
+        raise UsageError(f"{twice[0]} is given twice")
+    return found
 
 
-def grid(entry: Entry, settings: Mapping[str, Any]) -> list[Entry]:
-    """An entry for each combination of values; those that vary are in its name."""
+def grid(entry: Entry, settings: Mapping[str, Any], all_named: bool = False) -> list[Entry]:
+    """An entry for each combination of values; those that vary, or all, are in its name."""
     for key in settings:
         if entry.driver is not None and key not in entry.parameters:
             raise UsageError(f"{entry.system} has no parameter {key!r}; it has {', '.join(sorted(entry.parameters)) or 'none'}")
@@ -65,7 +70,7 @@ def grid(entry: Entry, settings: Mapping[str, Any]) -> list[Entry]:
     found = []
     for combination in itertools.product(*values.values()):
         changed = {key: _as_default(entry, key, value) for key, value in zip(values, combination)}
-        words = [f"{key}-{value}" for key, value in changed.items() if len(values[key]) > 1]
+        words = [f"{key}-{value}" for key, value in changed.items() if all_named or len(values[key]) > 1]
         found.append(entry.with_parameters("-".join([entry.system, *words]), changed))
         check_name(found[-1].name)
     return found
@@ -88,12 +93,12 @@ def _systems(systems: Systems, settings: Mapping[str, Mapping[str, Any]]) -> Ite
             raise UsageError(f"no SLAM system is installed: pip install 'dmp-slam[race]' ({missing})")
         yield from known.values()
         return
-    named = systems.items() if isinstance(systems, Mapping) else ((None, system) for system in systems)
+    named = systems.items() if isinstance(systems, Mapping) else map(_with_name, systems)
     for name, system in named:
         text = os.fsdecode(system)
         if "{out}" in text:
             if name is None:
-                raise UsageError(f"a command needs a name: systems={{'mine': {text!r}}}")
+                raise UsageError(f"a command needs a name, NAME={text}")
             given = settings.get(name, {})
             yield Entry(name, name, None, text, "", {key: None for key in given}, {})
         elif text.endswith(".py") or ".py:" in text:
@@ -103,6 +108,12 @@ def _systems(systems: Systems, settings: Mapping[str, Mapping[str, Any]]) -> Ite
             if text not in known:
                 raise UsageError(f"{text!r} is no installed system: {', '.join(known) or missing}; or a driver, FILE.py, or a command")
             yield known[text]._replace(name=name or text, system=name or text)
+
+
+def _with_name(system: str | os.PathLike[str]) -> tuple[str | None, str]:
+    """A system of a list, which may be ``NAME=SYSTEM``."""
+    name, sign, text = os.fsdecode(system).partition("=")
+    return (name, text) if sign else (None, name)
 
 
 def _of_file(name: str | None, text: str) -> Iterator[Entry]:

@@ -22,6 +22,8 @@ class Grid(NamedTuple):
     #: Between each two rows, radians.
     edges: npt.NDArray[np.float64]
     columns: int
+    #: The azimuth of the middle of the first column, in columns.
+    phase: float = 0.0
 
     @property
     def rows(self) -> int:
@@ -45,12 +47,14 @@ class Grid(NamedTuple):
         grid = cls((ordered[cuts] + ordered[cuts + 1]) / 2, 1)
         rows = np.searchsorted(grid.edges, elevation)
         fullest = np.sort(azimuth[rows == np.bincount(rows).argmax()])
-        return grid._replace(columns=int(np.clip(np.rint(2 * np.pi / np.median(np.diff(fullest))), 1, _MOST_COLUMNS)))
+        columns = int(np.clip(np.rint(2 * np.pi / np.median(np.diff(fullest))), 1, _MOST_COLUMNS))
+        phase = np.angle(np.exp(1j * columns * azimuth).mean()) / (2 * np.pi)
+        return grid._replace(columns=columns, phase=float(phase))
 
     def cells(self, points: npt.NDArray[np.float32]) -> npt.NDArray[np.int64]:
         """The number of the cell of each point, row by row."""
         elevation, azimuth = _angles(points.astype(np.float64))
-        columns = np.minimum((azimuth / (2 * np.pi) * self.columns).astype(np.int64), self.columns - 1)
+        columns = np.rint(azimuth / (2 * np.pi) * self.columns - self.phase).astype(np.int64) % self.columns
         return np.searchsorted(self.edges, elevation) * self.columns + columns
 
 

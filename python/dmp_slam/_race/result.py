@@ -3,13 +3,9 @@
 from __future__ import annotations
 
 import json
-import os
-import shutil
 from pathlib import Path
 from typing import Any, Mapping
 
-from .. import _columns
-from .._core import Table
 from .._result import Result
 
 
@@ -49,19 +45,8 @@ class Race:
         """The trajectory of a run, as TUM with the instants at which its poses hold."""
         for row in self.data["runs"]:
             if row["name"] == name and row["trajectory"]:
-                return self.folder / row["trajectory"]
+                return self.folder / str(row["trajectory"])
         raise KeyError(name)
-
-    @property
-    def costs(self) -> Table:
-        """A row for each run, failed ones too: seconds and peak memory of its process, and why it failed."""
-        names = {"run": "name", "system": "system", "version": "version", "wall_s": "wall_s", "cpu_s": "cpu_s"}
-        rows = [{**{to: row[of] for to, of in names.items()}, "peak_memory_mb": row["peak_memory_bytes"] / 1e6} for row in self.data["runs"]]
-        return _columns.table({**row, "failed": run["failed"]} for row, run in zip(rows, self.data["runs"]))
-
-    def report(self, path: str | os.PathLike[str]) -> None:
-        """Writes the page of the score, ``FILE.html``."""
-        shutil.copyfile(self.folder / "page.html", path)
 
     def to_json(self) -> str:
         """The JSON, as in ``race.json``: systems, versions, every parameter, costs, and the score."""

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import json
+import logging
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from .._listener import Event, log
+from .._listener import Event
 from .field import Entry
 from .process import Limits, nonsense, run
 from .scans import Scans
+
+#: A line for each run, at level INFO.
+log = logging.getLogger("dmp_slam.race")
 
 
 class Row(NamedTuple):

@@ -6,12 +6,11 @@ import time
 from typing import Any, Mapping, NamedTuple, Sequence
 
 from .._columns import root
-from .._listener import log
 from ..errors import UsageError
 from .field import Entry, grid
 from .judge import judged
 from .process import Limits
-from .runs import Row, Runs
+from .runs import Row, Runs, log
 
 #: The shares of the log, from its start, on which candidates are compared. What follows the last takes no part in choosing.
 PARTS = (0.15, 0.3, 0.6)
@@ -49,7 +48,7 @@ class Chosen(NamedTuple):
 def candidates(default: Entry, settings: Mapping[str, Any]) -> list[Entry]:
     """The combinations of the settings; without any, one decimal or switch other than the default in each."""
     if settings:
-        return [entry for entry in grid(default, settings) if entry.parameters != default.parameters]
+        return [entry for entry in grid(default, settings, True) if entry.parameters != default.parameters]
     found = []
     for key, value in default.parameters.items():
         others = [not value] if isinstance(value, bool) else [value * by for by in FACTORS] if isinstance(value, float) and value else []
@@ -62,11 +61,13 @@ def candidates(default: Entry, settings: Mapping[str, Any]) -> list[Entry]:
 def choose(default: Entry, others: Sequence[Entry], runs: Runs, how: Mapping[str, Any]) -> Chosen:
     """Compares candidates within the time limit of ``runs``. The default always takes part."""
     ends_s = time.monotonic() + runs.limits.time_s
-    left, rounds, on_chosen = list(others), [], None
+    left: list[Entry] = list(others)
+    rounds: list[dict[str, Any]] = []
+    on_chosen = None
     for number, share in enumerate(PARTS):
         part = runs.scans.part(0, share)
         count, folder = len(part.stamps_ns()), runs.work / f"part-{number}"
-        folder.mkdir()
+        folder.mkdir(parents=True)
         within = runs._replace(log=str(part.log(folder / "log.mcap")), scans=part, out=folder, work=folder)
         rows: list[Row] = []
         for entry in [default, *left]:
@@ -110,10 +111,9 @@ def compared(result: Mapping[str, Any], one: str, other: str) -> dict[str, Any]:
     scale = next((scale for scale in scales if scale["scale_m"] == pair["decided_at_m"]), scales[0] if scales else None)
     found = {"verdict": pair["verdict"], "reason": pair["reason"], "score": pair["score"], "scale_m": None, "better_by_m": None}
     if scale is not None:
-        mine, its = scale["mean_a_m2"], scale["mean_b_m2"]
-        mine, its = (mine, its) if pair["a"] == one else (its, mine)
-        apart = None if root(mine) is None or root(its) is None else root(its) - root(mine)
-        found.update(scale_m=scale["scale_m"], better_by_m=apart)
+        a_m, b_m = root(scale["mean_a_m2"]), root(scale["mean_b_m2"])
+        if a_m is not None and b_m is not None:
+            found.update(scale_m=scale["scale_m"], better_by_m=b_m - a_m if pair["a"] == one else a_m - b_m)
     return found
 
 

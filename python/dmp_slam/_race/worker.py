@@ -11,6 +11,8 @@ import time
 from pathlib import Path
 from typing import Any, Iterator
 
+import numpy as np
+
 from .. import convert
 from .._poses import Poses, trajectory
 from .._sweep import Scan
@@ -42,7 +44,7 @@ def run(order: dict[str, Any]) -> None:
     if not found:
         raise InputError("the system gave no poses")
     stamps = [instants.get(int(stamp_ns), int(stamp_ns)) for stamp_ns, _ in found]
-    poses = trajectory(order["system"], Poses([pose for _, pose in found], stamps), folder / "poses")
+    poses = trajectory(order["system"], Poses(np.array([pose for _, pose in found]), stamps), folder / "poses")
     convert.trajectory(poses, order["trajectory"], to="tum")
     (folder / "facts.json").write_text(json.dumps(facts), encoding="utf-8")
 

@@ -38,7 +38,7 @@ def run(slam: Any, is_grid: bool, scans: Iterator[dmp.Scan], given: Mapping[str,
     from evalio._cpp.helpers import DataType, Field, PointCloudMetadata, fill_col_row_major, pc2_to_evalio
     from evalio.types import SE3, LidarParams, Stamp
 
-    fields = [Field(name=name, datatype=DataType(TYPES[of[0].str]), offset=of[1]) for name, of in RECORD.fields.items()]
+    fields = [Field(name=name, datatype=DataType(TYPES[of[0].str]), offset=of[1]) for name, of in (RECORD.fields or {}).items()]
     slam.set_params({name: value for name, value in given.items() if name not in OWN})
     grid = None
     for number, scan in enumerate(scans):

@@ -1,5 +1,7 @@
 """KISS-SLAM: kiss-icp with loop closures."""
 
+from __future__ import annotations
+
 from importlib.metadata import version
 from typing import Any, Iterator, Mapping
 
@@ -8,7 +10,7 @@ import numpy as np
 import dmp_slam as dmp
 
 #: Parameters by their place in the configuration.
-PARAMETERS = {
+PARAMETERS: dict[str, Any] = {
     "voxel_size": ("odometry", "mapping", 1.0),
     "deskew": ("odometry", "preprocessing", True),
     "min_range": ("odometry", "preprocessing", 1.5),
@@ -39,7 +41,7 @@ def run(scans: Iterator[dmp.Scan], given: Mapping[str, Any]) -> Iterator[tuple[i
         points = np.asarray(scan.points, np.float64)
         times = np.zeros(0) if scan.times is None else np.asarray(scan.times, np.float64)
         slam.process_scan(points, times)
-        stamps.append(int(scan.stamp))
+        stamps.append(int(scan.stamp or 0))
     # As its own pipeline ends.
     slam.generate_new_node()
     slam.local_map_graph.erase_last_local_map()
