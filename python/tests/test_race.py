@@ -13,6 +13,7 @@ import pytest
 from conftest import SAMPLES, scores
 
 import dmp_slam as dmp
+from dmp_slam._race import process
 from dmp_slam._race.field import entries
 from dmp_slam._race.grid import Grid, records
 from dmp_slam._race.system import DRIVERS
@@ -119,6 +120,17 @@ def test_a_system_that_fails_is_a_row_and_changes_no_number(town, driver, good, 
         assert race.trajectory(name).read_bytes() == good.trajectory(name).read_bytes()
     for part in ("runs", "pairs", "order", "drift"):
         assert race.data["score"][part] == good.data["score"][part], part
+
+
+def test_memory_is_that_of_the_process_and_its_children(tmp_path):
+    here = np.ones(40_000_000)
+    limits = process.Limits(60.0, 10**9)
+    allocate = "import time; held = bytearray(100_000_000); time.sleep(0.5)"
+    small = process.run([sys.executable, "-c", "import time; time.sleep(0.3)"], tmp_path / "small", limits)
+    both = f"{sys.executable} -c '{allocate}' & {sys.executable} -c '{allocate}'; wait"
+    large = process.run(["/bin/sh", "-c", both], tmp_path / "large", limits)
+    assert here.nbytes > 300e6 and 2e6 < small.peak_memory_bytes < 60e6 and 200e6 < large.peak_memory_bytes < 300e6
+    assert small.failed is None and large.failed is None and large.wall_s > 0.5
 
 
 def test_nothing_of_a_system_is_left_running(town, driver, tmp_path):

@@ -57,7 +57,7 @@ def run(command: Sequence[str], said: Path, limits: Limits, cancel: Event | None
             wall_s = time.monotonic() - began_s
             if ended:
                 break
-            peak_bytes = max(peak_bytes, _memory_bytes(process.pid))
+            peak_bytes = max(peak_bytes, *_memory_bytes(process.pid))
             if failed is None:
                 failed = _beyond(limits, wall_s, peak_bytes)
             if failed is not None or (cancel is not None and cancel.is_set()):
@@ -69,9 +69,7 @@ def run(command: Sequence[str], said: Path, limits: Limits, cancel: Event | None
         process.wait()
     if cancel is not None and cancel.is_set():
         raise Cancelled("stopped before the end")
-    # Kilobytes, of the process alone: what it had at once may have been seen by no look.
-    peak_bytes = max(peak_bytes, used.ru_maxrss * 1024)
-    failed = failed or _beyond(limits, 0, peak_bytes) or _exit(process.returncode, said)
+    failed = failed or _exit(process.returncode, said)
     return Ended(failed, wall_s, used.ru_utime + used.ru_stime, peak_bytes)
 
 
@@ -106,15 +104,21 @@ def _tail(file: Path) -> str:
         return bytes_of.read().decode("utf-8", "replace")
 
 
-def _memory_bytes(process: int) -> int:
-    """The memory that a process and its children hold; 0 for one that has ended."""
+def _memory_bytes(process: int) -> tuple[int, int]:
+    """What a process and its children hold now, and the most that one of them ever held; 0 if it has ended.
+
+    Not what ``wait4`` reports: that begins with the memory of the process that started it.
+    """
     folder = Path(f"/proc/{process}")
     try:
-        held = int((folder / "statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+        lines = (folder / "status").read_text(encoding="utf-8", errors="replace").splitlines()
         children = [child for task in (folder / "task").iterdir() for child in (task / "children").read_text().split()]
-    except (OSError, IndexError):
-        return 0
-    return held + sum(_memory_bytes(int(child)) for child in children)
+    except OSError:
+        return 0, 0
+    known = {line.split()[0]: int(line.split()[1]) * 1024 for line in lines if line.startswith(("VmRSS:", "VmHWM:"))}
+    of_children = [_memory_bytes(int(child)) for child in children]
+    held = known.get("VmRSS:", 0) + sum(now for now, _ in of_children)
+    return held, max([known.get("VmHWM:", 0), *(most for _, most in of_children)])
 
 
 def nonsense(trajectory: Path, stamps_ns: Sequence[int]) -> str | None:
