@@ -11,19 +11,23 @@ at level INFO, warnings at level WARNING. Errors are ``dmp.Error`` and its subcl
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, Any
+
 from . import convert, simulate, truth
 from ._commands import calibrate, compare, drift, info, loops, quick, repair
 from ._core import Table, __version__
 from ._map import Hits, Map, Surfels
 from ._poses import Poses
-from ._race.race import race
-from ._race.result import Race
 from ._race.system import System
 from ._result import Result
 from ._score import score
 from ._suite import SuiteResult, suite
 from ._sweep import Scan
 from .errors import Cancelled, Error, InputError, UsageError
+
+if TYPE_CHECKING:
+    from ._race.race import race
+    from ._race.result import Race
 
 __all__ = [
     "Cancelled",
@@ -54,3 +58,16 @@ __all__ = [
     "suite",
     "truth",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    # Few programs need them, and they import what starts processes.
+    if name == "race":
+        from ._race.race import race
+
+        return race
+    if name == "Race":
+        from ._race.result import Race
+
+        return Race
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -156,7 +156,7 @@ def test_the_command(town, driver, tmp_path):
 
 def test_settings_are_a_grid_and_wrong_ones_are_refused(driver):
     found = entries([f"{driver}:noisy"], {"noisy": {"noise": [0.01, 1], "unused": 2}})
-    assert [entry.name for entry in found] == ["noisy-noise-0.01", "noisy-noise-1.0"]
+    assert [entry.name for entry in found] == ["noisy-0.01", "noisy-1.0"]
     assert found[1].parameters == {"does": "", "noise": 1.0, "chance": False, "unused": 2.0}
     for settings, line in [
         ({"noisy": {"nose": 1}}, "noisy has no parameter 'nose'; it has chance, does, noise, unused"),

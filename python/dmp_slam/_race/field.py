@@ -62,7 +62,7 @@ def entries(systems: Systems, settings: Mapping[str, Mapping[str, Any]]) -> list
 
 
 def grid(entry: Entry, settings: Mapping[str, Any], all_named: bool = False) -> list[Entry]:
-    """An entry for each combination of values; those that vary, or all, are in its name."""
+    """An entry for each combination of values. Those that vary are in its name, or all with their keys."""
     for key in settings:
         if entry.driver is not None and key not in entry.parameters:
             raise UsageError(f"{entry.system} has no parameter {key!r}; it has {', '.join(sorted(entry.parameters)) or 'none'}")
@@ -70,10 +70,16 @@ def grid(entry: Entry, settings: Mapping[str, Any], all_named: bool = False) -> 
     found = []
     for combination in itertools.product(*values.values()):
         changed = {key: _as_default(entry, key, value) for key, value in zip(values, combination)}
-        words = [f"{key}-{value}" for key, value in changed.items() if all_named or len(values[key]) > 1]
+        words = [_word(key, value, all_named) for key, value in changed.items() if all_named or len(values[key]) > 1]
         found.append(entry.with_parameters("-".join([entry.system, *words]), changed))
         check_name(found[-1].name)
     return found
+
+
+def _word(key: str, value: Any, with_key: bool) -> str:
+    if isinstance(value, bool):
+        return key if value else f"no-{key}"
+    return f"{key}-{value}" if with_key else str(value)
 
 
 def _as_default(entry: Entry, key: str, value: Any) -> Any:

@@ -66,9 +66,11 @@ class Race:
 def _costs(data: Mapping[str, Any]) -> str:
     order = {name: place for place, name in enumerate(data["score"]["order"] if data["score"] else ())}
     rows = sorted(data["runs"], key=lambda row: order.get(row["same_as"] or row["name"], len(order)))
-    cells = [("run", "time", "memory", "version, or why it failed")]
+    cells = [("run", "time", "memory", "version and settings, or why it failed")]
     for row in rows:
-        last = row["failed"] or row["version"] + (f" (same poses as {row['same_as']})" if row["same_as"] else "")
+        known = [row["version"], *(f"{key} {value}" for key, value in row["changed"].items())]
+        known += [f"same poses as {row['same_as']}"] if row["same_as"] else []
+        last = row["failed"] or "; ".join(word for word in known if word)
         cells.append((row["name"], f"{row['wall_s']:.1f} s", f"{row['peak_memory_bytes'] / 1e6:.0f} MB", last))
     wide = [max(len(row[column]) for row in cells) for column in range(3)]
     return "\n".join(f"{a:<{wide[0]}}  {b:>{wide[1]}}  {c:>{wide[2]}}  {d}".rstrip() for a, b, c, d in cells)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import runpy
 from pathlib import Path
 from typing import Any, Callable, Iterable, Iterator, Mapping, NamedTuple, Union
 
@@ -42,6 +41,8 @@ class System(NamedTuple):
 
 def load(driver: str) -> dict[str, System]:
     """The systems of a driver: a file, or the name of one that comes with the package."""
+    import runpy
+
     file = Path(driver) if driver.endswith(".py") else DRIVERS / f"{driver}.py"
     found: dict[str, System] = runpy.run_path(str(file))["systems"]()
     return found

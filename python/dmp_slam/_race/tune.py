@@ -52,7 +52,7 @@ def candidates(default: Entry, settings: Mapping[str, Any]) -> list[Entry]:
     found = []
     for key, value in default.parameters.items():
         others = [not value] if isinstance(value, bool) else [value * by for by in FACTORS] if isinstance(value, float) and value else []
-        found += [default.with_parameters(f"{default.system}-{key}-{other}", {key: other}) for other in others]
+        found += [each for other in others for each in grid(default, {key: other}, True)]
     if not found:
         raise UsageError(f"{default.system} has no decimals and no switches to vary: give settings")
     return found
