@@ -17,6 +17,7 @@ from dmp_slam._race import process
 from dmp_slam._race.field import entries
 from dmp_slam._race.grid import Grid, records
 from dmp_slam._race.system import DRIVERS
+from dmp_slam._race.tune import candidates
 
 #: A driver as a stranger writes it: it replays a trajectory, or misbehaves.
 DRIVER = '''
@@ -158,6 +159,10 @@ def test_settings_are_a_grid_and_wrong_ones_are_refused(driver):
     found = entries([f"{driver}:noisy"], {"noisy": {"noise": [0.01, 1], "unused": 2}})
     assert [entry.name for entry in found] == ["noisy-0.01", "noisy-1.0"]
     assert found[1].parameters == {"does": "", "noise": 1.0, "chance": False, "unused": 2.0}
+    # Tuned without settings, each decimal and switch is varied by itself.
+    names = [entry.name for entry in candidates(*entries([f"{driver}:noisy"], {}), {})]
+    decimals = ["noise-0.05", "noise-0.2", "chance", "unused-0.75", "unused-3.0"]
+    assert names == [f"noisy-{word}" for word in decimals]
     for settings, line in [
         ({"noisy": {"nose": 1}}, "noisy has no parameter 'nose'; it has chance, does, noise, unused"),
         ({"noisy": {"noise": "much"}}, "noisy: noise is a float as 0.1, not 'much'"),
