@@ -40,7 +40,7 @@ struct Changes {
     reversed: usize,
     /// Pairs that are not decided by all returns, and are by the draw.
     new: usize,
-    /// Widths of intervals over those of all returns.
+    /// Of the decided pairs, widths of intervals over those of all returns.
     widths: Vec<f64>,
 }
 
@@ -100,10 +100,7 @@ impl Changes {
         for pair in &all.pairs {
             let other = drawn.pair(&pair.a, &pair.b).context("the same pairs")?;
             self.pairs += 1;
-            // Of copies of a run the interval is rounding.
-            if pair.verdict != Verdict::Same {
-                self.widths.extend(widths(pair, other));
-            }
+            self.widths.extend(width(pair, other));
             let [before, after] = [&pair.verdict, &other.verdict].map(Verdict::ahead);
             if before.is_none() {
                 self.new += usize::from(after.is_some());
@@ -120,10 +117,12 @@ impl Changes {
     }
 }
 
-/// At each scale, how wide the interval of the draw is over that of all returns.
-fn widths(all: &PairReport, drawn: &PairReport) -> impl Iterator<Item = f64> {
-    let width =
-        |interval: Option<[f64; 2]>| interval.map(|[low, high]| high - low).filter(|&width| width > 0.0);
-    let both = all.scales.iter().zip(&drawn.scales);
-    both.filter_map(move |(all, drawn)| Some(width(drawn.interval_m2)? / width(all.interval_m2)?))
+/// At the scale that decides by all returns, how wide the interval of the draw is over theirs.
+fn width(all: &PairReport, drawn: &PairReport) -> Option<f64> {
+    let scale_m = all.verdict.decided_at_m()?;
+    let [drawn_m2, all_m2] = [drawn, all].map(|pair| {
+        let scale = pair.scales.iter().find(|scale| scale.scale_m == scale_m)?;
+        scale.interval_m2.map(|[low_m2, high_m2]| high_m2 - low_m2)
+    });
+    Some(drawn_m2? / all_m2?)
 }
