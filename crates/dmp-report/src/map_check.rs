@@ -3,21 +3,23 @@
 use dmp_map::Thickness;
 use serde::Serialize;
 
-/// What `dmp map check` finds of a cloud. Places are in the cloud's frame.
+/// What `dmp map check` finds of a cloud, or of a store. Places are in its frame.
 #[derive(Debug, Clone, Serialize)]
 pub struct MapCheck {
     /// Format of the JSON.
     pub schema: &'static str,
     /// The file.
     pub path: String,
-    /// Finite points.
-    pub points: u64,
+    /// Finite points; null for a store, which holds none.
+    pub points: Option<u64>,
     /// Points that are not finite, excluded.
     pub points_dropped: u64,
+    /// Surfels of its map.
+    pub surfels: u64,
     /// Voxel edge, metres; cells are twice as wide.
     pub voxel_m: f64,
-    /// How thick its flat places are, and where surfaces stand twice; null if flat places are too few. A cloud does not
-    /// tell visits apart: two layers are seen where they do not melt into one.
+    /// How thick its flat places are, and where surfaces stand twice; null if flat places are too few, and for a
+    /// store. A cloud does not tell visits apart: two layers are seen where they do not melt into one.
     pub thickness: Option<Thickness>,
     /// Gaps in the plan.
     pub holes: Holes,

@@ -1,6 +1,7 @@
 //! Two visits of one place: how they register to each other, what that says of a run's drift, and of its clock and extrinsic.
 //! And two runs: how far apart they are.
 //!
+//! - [`visits`] finds which visits of a run see one place.
 //! - [`mod@align`] registers the surfaces of one visit to those of another, with covariance and refusals.
 //! - [`drift`] turns registrations into displacements of a run in metres, and sums them up.
 //! - [`mod@apart`] measures how far apart two runs put the same points, by their poses.
@@ -12,3 +13,4 @@ pub mod align;
 pub mod apart;
 pub mod calibrate;
 pub mod drift;
+pub mod visits;

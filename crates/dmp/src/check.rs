@@ -4,7 +4,7 @@ use std::path::Path;
 
 use dmp_disk::WorkFolder;
 use dmp_log::{read_cloud, shown_path};
-use dmp_map::{Durability, Lattice, MapFuser, Origin, Store, Thickness};
+use dmp_map::{Durability, Lattice, MapError, MapFuser, Origin, Store, Thickness};
 use dmp_reduce::Scales;
 use dmp_report::{GroundPlan, MapCheck, PlanColumn};
 use dmp_runs::{Config, EvaluateError, Stage, Watch, pool, so_far};
@@ -44,12 +44,14 @@ pub fn check_cloud<'a>(
                 batch.iter().filter(|point| point.iter().all(|c| c.is_finite())).copied().collect();
             if progress.cancelled() { Err(EvaluateError::Cancelled) } else { Ok(search.add(&finite)?) }
         })?;
-        let mut plan = plan(&Store::open_once(&path)?)?;
+        let map = Store::open_once(&path)?;
+        let mut plan = plan(&map)?;
         Ok(MapCheck {
             schema: MapCheck::SCHEMA,
             path: name.clone(),
-            points,
+            points: Some(points),
             points_dropped: found.dropped,
+            surfels: map.surfels(),
             voxel_m: lattice.voxel_m(),
             thickness: cells
                 .thickness(&lattice, 0)
@@ -62,8 +64,30 @@ pub fn check_cloud<'a>(
     })
 }
 
+/// Looks at a store: where it has surfaces. It holds one disc for each voxel, which has no thickness.
+///
+/// # Errors
+/// When the file cannot be read, or is damaged.
+pub fn check_store(path: &Path) -> Result<MapCheck, MapError> {
+    let map = Store::open(path)?;
+    let mut plan = plan(&map)?;
+    Ok(MapCheck {
+        schema: MapCheck::SCHEMA,
+        path: shown_path(path),
+        points: None,
+        points_dropped: 0,
+        surfels: map.surfels(),
+        voxel_m: map.lattice().voxel_m(),
+        thickness: None,
+        holes: plan.holes(),
+        notes: vec![map.origin().text.clone()],
+        plan,
+        flat: Vec::new(),
+    })
+}
+
 /// The columns that hold surfels.
-fn plan(map: &Store) -> Result<GroundPlan, EvaluateError> {
+fn plan(map: &Store) -> Result<GroundPlan, MapError> {
     let [mut low_m, mut high_m] = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
     for entry in map.entries() {
         for disc in map.discs_in_own(entry.tile)? {

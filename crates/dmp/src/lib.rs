@@ -51,7 +51,7 @@ mod posed;
 pub mod prelude;
 mod results;
 
-pub use check::check_cloud;
+pub use check::{check_cloud, check_store};
 pub use evaluate::evaluate;
 pub use maps::{CloudMap, RunMaps, fuse_maps, map_of_cloud};
 pub use means::{machine_memory_bytes, peak_anonymous_bytes};

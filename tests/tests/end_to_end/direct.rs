@@ -74,21 +74,10 @@ pub(crate) fn without_what_moved(
     let of_followed = |k: usize| rays(&scans[k..=k], &in_world, &segment_of[k..=k]);
     let followed: Vec<Ray> = (0..count).flat_map(|k| of_followed(k * scans.len() / count)).collect();
     assert!(followed.len() < 500_000, "of more returns some are drawn");
-    // Where each segment begins along the path, measured with a ruler of 6 m.
-    let track = Track::new(&in_world, dmp_sensor::Isometry3::identity(), i64::MAX);
-    let place = |scan: &Scan| track.world_from_sensor_at(scan.stamp_ns.unwrap()).unwrap().translation.vector;
-    let (mut end, mut begun_m, mut along_m, mut begins_m) = (place(&scans[0]), 0.0, 0.0f64, Vec::new());
-    for (scan, &segment) in scans.iter().zip(&segment_of) {
-        let apart_m = (place(scan) - end).norm();
-        along_m = along_m.max(begun_m + apart_m);
-        if apart_m >= 6.0 {
-            (end, begun_m) = (place(scan), along_m);
-        }
-        if begins_m.len() as i64 == segment {
-            begins_m.push(along_m);
-        }
-    }
-    assert!(along_m >= 96.0, "a shorter path has a shorter ruler");
+    let along = along(scans, &in_world);
+    let segments = segment_of.last().unwrap() + 1;
+    let begin_m = |segment| along[segment_of.partition_point(|&of_scan| of_scan < segment)].0;
+    let begins_m: Vec<f64> = (0..segments).map(begin_m).collect();
     let is_of_pass = |ray: &Ray, disc: &Disc| {
         let mut seen = disc.segments.clone();
         seen.sort_unstable();
@@ -126,6 +115,41 @@ pub(crate) fn without_what_moved(
     };
     let (out, kept): (Vec<_>, Vec<_>) = judged.into_iter().partition(|(disc, out)| is_left_out(disc, *out));
     (kept.into_iter().map(|(disc, _)| disc).collect(), out.into_iter().map(|(disc, _)| disc.voxel).collect())
+}
+
+/// How far along the path each scan is, measured with a ruler of 6 m, and where.
+fn along(scans: &[Scan], in_world: &Trajectory) -> Vec<(f64, Vector3<f64>)> {
+    let track = Track::new(in_world, dmp_sensor::Isometry3::identity(), i64::MAX);
+    let place = |scan: &Scan| track.world_from_sensor_at(scan.stamp_ns.unwrap()).unwrap().translation.vector;
+    let (mut end, mut begun_m, mut along_m) = (place(&scans[0]), 0.0, 0.0f64);
+    let step = |scan: &Scan| {
+        let apart_m = (place(scan) - end).norm();
+        along_m = along_m.max(begun_m + apart_m);
+        if apart_m >= 6.0 {
+            (end, begun_m) = (place(scan), along_m);
+        }
+        (along_m, place(scan))
+    };
+    let all: Vec<_> = scans.iter().map(step).collect();
+    assert!(along_m >= 96.0, "a shorter path has a shorter ruler");
+    all
+}
+
+/// The segments whose places the run comes by again: within 15 m between their middles, five segments on, after four times as
+/// much travel.
+pub(crate) fn revisits(scans: &[Scan], in_world: &Trajectory, segment_of: &[i64]) -> BTreeSet<i64> {
+    let along = along(scans, in_world);
+    let middle = |segment: i64| {
+        let scans: Vec<_> = along.iter().zip(segment_of).filter(|(_, of)| **of == segment).collect();
+        let half_m = 0.5 * (scans[0].0.0 + scans[scans.len() - 1].0.0);
+        *scans.iter().find(|((along_m, _), _)| *along_m >= half_m).unwrap().0
+    };
+    let middles: Vec<_> = (0..=*segment_of.last().unwrap()).map(middle).collect();
+    let is_again = |(a, b): (usize, usize)| {
+        let apart_m = (middles[a].1 - middles[b].1).norm();
+        a.abs_diff(b) >= 5 && apart_m <= 15.0 && 4.0 * apart_m <= (middles[a].0 - middles[b].0).abs()
+    };
+    (0..middles.len()).filter(|&a| (0..middles.len()).any(|b| is_again((a, b)))).map(|a| a as i64).collect()
 }
 
 /// The segment of each scan in a run, as the report states it.
@@ -225,15 +249,8 @@ fn rounded(corner: Vector3<f64>, mean: Vector3<f64>, normal: Vector3<f64>) -> (V
     (corner + place / 8192.0, slopes.normalize())
 }
 
-/// The segments of 66 m of travel, five at least: what is farther is another visit.
-pub(crate) fn revisit_reach(report: &dmp::Report, run: usize) -> i64 {
-    let segments = &report.inputs.runs[run].segments;
-    let count = segments.count as f64;
-    ((66.0 * count / segments.travel_m).min(count) as i64).max(5)
-}
-
 /// The scores, directly, by name.
-pub(crate) fn scores(rays: &[Ray], discs: &[Disc], revisit_reach: i64) -> BTreeMap<&'static str, f64> {
+pub(crate) fn scores(rays: &[Ray], discs: &[Disc], revisits: &BTreeSet<i64>) -> BTreeMap<&'static str, f64> {
     let mut sums: BTreeMap<&str, f64> = BTreeMap::new();
     let mut add = |name, value| *sums.entry(name).or_default() += value;
     for ray in rays {
@@ -245,7 +262,7 @@ pub(crate) fn scores(rays: &[Ray], discs: &[Disc], revisit_reach: i64) -> BTreeM
                 if ray.is_independent_of(disc, 1) {
                     zc = zc.min(t);
                 }
-                revisited |= t <= ray.z + 0.5 && ray.is_independent_of(disc, revisit_reach);
+                revisited |= t <= ray.z + 0.5 && ray.is_independent_of(disc, 5);
             }
         }
         let cut = |residual: f64, tau: f64| residual.powi(2).min(tau * tau);
@@ -263,7 +280,7 @@ pub(crate) fn scores(rays: &[Ray], discs: &[Disc], revisit_reach: i64) -> BTreeM
             }
         }
         add("cv 10", if zc.is_finite() { cut(ray.z - zc, 10.0) } else { 15.0 });
-        add("revisited", f64::from(revisited));
+        add("revisited", f64::from(revisited && revisits.contains(&ray.segment)));
         add("blocked", f64::from(z1 < ray.z - 0.5));
     }
     sums
@@ -273,16 +290,16 @@ pub(crate) fn scores(rays: &[Ray], discs: &[Disc], revisit_reach: i64) -> BTreeM
 fn the_pipeline_is_the_formulas() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("town.mcap");
-    let (scans, truth) = small_town(60, 40);
+    let (scans, truth) = small_town(80, 40);
     write_mcap(&path, &scans);
     let runs = runs_of(&truth, &[("drift", drift(0.5))]);
     let config = Config { voxel_m: Some(VOXEL_M), ego: Ego::None, ..plain() };
     let report = score(&path, &runs, &config);
     assert_eq!(report.config.voxel_m, VOXEL_M);
 
-    for (number, (run, reported)) in runs.iter().zip(&report.runs).enumerate() {
-        let segment_of = segments_of(&report, run, scans.len());
-        let mut rays = rays(&scans, &in_world(&report, run), &segment_of);
+    for (run, reported) in runs.iter().zip(&report.runs) {
+        let (segment_of, in_world) = (segments_of(&report, run, scans.len()), in_world(&report, run));
+        let mut rays = rays(&scans, &in_world, &segment_of);
         assert_eq!(rays.len() as u64, reported.returns + reported.returns_left_out);
         let discs = surfels(&rays);
         assert_eq!(discs.len() as u64, reported.map.surfels);
@@ -292,7 +309,9 @@ fn the_pipeline_is_the_formulas() {
         assert_eq!(rays.len() as u64, reported.returns);
         assert!(reported.returns_left_out > 0);
         assert_eq!(reported.map.surfels_contradicted, Some(all - discs.len() as u64));
-        let sums = scores(&rays, &discs, revisit_reach(&report, number));
+        let revisits = revisits(&scans, &in_world, &segment_of);
+        assert!(!revisits.is_empty() && segment_of.iter().any(|segment| !revisits.contains(segment)));
+        let sums = scores(&rays, &discs, &revisits);
         let returns = rays.len() as f64;
         let (hits, covered) = (sums["hits"], sums["covered"]);
         let (cv, near) = (&reported.r_cv_m2, &reported.r_near_m2);

@@ -13,6 +13,7 @@
 )]
 
 mod alone;
+mod apart;
 mod bad_input;
 mod browser;
 mod budget;

@@ -53,7 +53,19 @@ fn what_has_no_points_is_not_checked() {
     misused(path, "map check floor.obj", &["floor.obj: a mesh has surfaces without thickness"]);
     once(BUILD).copy("truth.dmpmap", path);
     misused(path, "map export truth.dmpmap -o a.copc.laz", &["COPC is read, not written"]);
-    misused(path, "map check truth.dmpmap", &["one disc for each voxel", "dmp score"]);
+    has(
+        &done(path, "map check truth.dmpmap"),
+        &["thickness      not known: a store holds one disc for each voxel"],
+    );
+    let [store, info] = ["check", "info"].map(|what| json(path, &format!("map {what} truth.dmpmap")));
+    assert_eq!((&store["surfels"], &store["thickness"]), (&info["surfels"], &serde_json::Value::Null));
+    assert!(store["holes"]["covered_m2"].as_f64() > Some(1000.0), "{store}");
+    done(path, "map export truth.dmpmap -o a.las --crs EPSG:32632 --quiet");
+    let las = las::Reader::from_path(path.join("a.las")).unwrap();
+    let wkt = text(las.header().get_wkt_crs_bytes().unwrap());
+    assert!(las.header().has_wkt_crs() && wkt.starts_with("PROJCS[\"WGS 84 / UTM zone 32N\""), "{wkt}");
+    misused(path, "map export truth.dmpmap -o a.ply --crs EPSG:32632", &["names no coordinate system"]);
+    misused(path, "map export truth.dmpmap -o a.laz --crs EPSG:4326", &["its axes must be in metres"]);
     write(
         path,
         "few.ply",

@@ -1,5 +1,7 @@
 //! What moves is left out of the maps: against counts made ray by ray and surfel by surfel, with traffic and without.
 
+use std::collections::BTreeSet;
+
 use dmp::{Config, Ego, FrameOrder, MapSource, Report, Run, fuse_maps};
 use dmp_sensor::{Isometry3, Point3, Scan, Track, Trajectory, Translation3};
 use dmp_sim::{LidarOptions, RecordingOptions, Route, SlamErrors};
@@ -45,7 +47,7 @@ fn what_is_left_out_is_that_of_counting_ray_by_ray() {
         assert_eq!(reported.returns + reported.returns_left_out, rays.len() as u64);
         rays.retain(|ray| !left_out.contains(&ray.voxel()));
         assert_eq!(reported.returns, rays.len() as u64);
-        let sums = direct::scores(&rays, &rest, 5);
+        let sums = direct::scores(&rays, &rest, &BTreeSet::new());
         let relative = (reported.dmp_sum_m2 / sums["DMP"] - 1.0).abs();
         assert!(relative < 1e-6, "{}: {} directly {}", reported.name, reported.dmp_sum_m2, sums["DMP"]);
         assert_eq!(reported.blocked_rate, Some(sums["blocked"] / rays.len() as f64));

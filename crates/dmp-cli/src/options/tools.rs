@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap_complete::Shell;
+use dmp_log::MetricCrs;
 use dmp_sensor::Isometry3;
 use dmp_shard::{Part, ShardStage};
 use dmp_suite::Failures;
@@ -29,6 +30,10 @@ pub(crate) static BUILT: Opt<PathBuf> =
     Opt { help: "The map to write, FILE.dmpmap", ..Opt::output(Output, "MAP") };
 pub(crate) static EXPORTED: Opt<PathBuf> =
     Opt { help: "The cloud to write: FILE.laz, .las, .ply or .pcd", ..Opt::output(Output, "FILE") };
+pub(crate) static CRS: Opt<MetricCrs> = Opt {
+    help: "The coordinate system that a .las or .laz names: `EPSG:CODE` or a well-known text, in metres. No coordinate changes",
+    ..Opt::text(Plain, "crs", "CRS", "EPSG:32632", values::parsed)
+};
 pub(crate) static BOX: Opt<[f64; 4]> = Opt {
     is_signed: true,
     help: "Only surfels whose centres lie in this box, metres in the frame of the run's trajectory",

@@ -195,10 +195,9 @@ fn revisits(report: &Report, shown: &dyn Fn(&str) -> String) -> Option<Revisits>
         ))),
         (None, None, Some(for_it)) => Some(Revisits::Sentence(format!("{}.", said(for_it)))),
         (None, None, None) => {
-            let run = leaders.first().and_then(|first| run_of(drift, first));
-            let run = run.filter(|run| is_best && run.pairs_lost == 0)?;
-            let within = short_length(run.median_m.value?);
-            Some(Revisits::OfFirst(format!("revisit error {within}.")))
+            let run = leaders.first().and_then(|first| run_of(drift, first)).filter(|_| is_best)?;
+            run.median_m.value?;
+            Some(Revisits::OfFirst(format!("{}.", off(run, "revisit error "))))
         }
     }
 }
@@ -267,6 +266,13 @@ mod tests {
             "{}",
             said(&report)
         );
+        let drift_before = report.drift.clone();
+        let alone = DriftReport { comparisons: Vec::new(), ..report.drift.clone().unwrap() };
+        let lost = alone.runs.iter().position(|run| run.name == "truth").unwrap();
+        report.drift = Some(alone);
+        report.drift.as_mut().unwrap().runs[lost].pairs_lost = 3;
+        assert!(said(&report).contains("; is lost at 3 of "), "{}", said(&report));
+        report.drift = drift_before;
         of(report.drift.as_mut().unwrap(), "truth", "noise", "noise");
         let against = " But noise has a revisit error of 2.6 cm, truth one of 0.4 cm.";
         assert!(said(&report).ends_with(against), "{}", said(&report));

@@ -9,7 +9,14 @@ use dmp_revisit::apart::short_length;
 pub fn map_check(check: &MapCheck) -> Vec<(&'static str, Vec<String>)> {
     let cell = short_length(2.0 * check.voxel_m);
     let mut lines = Vec::new();
-    let mut points = vec![counted(check.points, "point")];
+    let Some(points) = check.points else {
+        let why = "not known: a store holds one disc for each voxel, not the points; `dmp score` prints it";
+        lines.push(("surfels", vec![count(check.surfels)]));
+        lines.push(("thickness", vec![why.to_owned()]));
+        lines.push(("holes", holes(check)));
+        return lines;
+    };
+    let mut points = vec![counted(points, "point")];
     if check.points_dropped > 0 {
         points.push(format!("{} not finite, excluded", counted(check.points_dropped, "point")));
     }

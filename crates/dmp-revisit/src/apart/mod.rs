@@ -16,6 +16,7 @@ pub use way::Ruler;
 
 use std::fmt;
 
+use dmp_reduce::Basis;
 use dmp_sensor::{Isometry3, along_m};
 use serde::{Deserialize, Serialize};
 
@@ -69,11 +70,13 @@ impl Apart {
         Some(Self { scans: scans.len() as u64, scans_of_one, within, between })
     }
 
-    /// Whether the runs are the same for practical purposes: at every place 95 % lie within this length in one visit, metres,
+    /// Whether the runs of a pair are the same for practical purposes: at every place 95 % lie within this length in one visit, metres,
     /// and within twice as much between visits; and one run alone has a pose for no more than one scan in ten.
-    pub fn is_within(&self, within_m: f64) -> bool {
+    /// Of a given map poses do not say how it fits.
+    pub fn is_same(&self, basis: Basis, within_m: f64) -> bool {
         let is_alike = 10 * self.scans_of_one <= self.scans;
-        is_alike
+        basis == Basis::CrossValidated
+            && is_alike
             && self.within.worst_m <= within_m
             && self.between.is_none_or(|spread| spread.worst_m <= 2.0 * within_m)
     }

@@ -16,7 +16,7 @@ fn returns() -> Moments {
 }
 
 fn ruler() -> Ruler {
-    Ruler { metre_m: 1.0, visits_m: RULER, is_camera: false, returns: returns() }
+    Ruler::of(dmp_reduce::Scales::Drive, false, returns())
 }
 
 /// Two and a half laps of 200 m, one scan each metre.
@@ -146,7 +146,7 @@ fn a_rigid_copy_is_nowhere_apart() {
     );
     let copy: Vec<Isometry3<f64>> = truth.iter().map(|pose| to * pose).collect();
     let found = apart(&truth, &copy);
-    assert!(found.worst().0 < 1e-7 && found.is_within(1e-6), "{found:?}");
+    assert!(found.worst().0 < 1e-7 && found.is_same(Basis::CrossValidated, 1e-6), "{found:?}");
 }
 
 #[test]
@@ -156,7 +156,7 @@ fn white_noise_is_the_same_up_to_half_a_centimetre() {
     for (sigma_m, expected_m, is_same) in [(0.005, 0.028, true), (0.01, 0.056, false)] {
         let found = apart(&noisy(&truth, sigma_m, 1), &noisy(&truth, sigma_m, 2));
         assert!((found.within.most_m / expected_m - 1.0).abs() < 0.05, "{found:?}");
-        assert_eq!(found.is_within(0.04), is_same, "{found:?}");
+        assert_eq!(found.is_same(Basis::CrossValidated, 0.04), is_same, "{found:?}");
     }
 }
 
@@ -177,7 +177,7 @@ fn scale_bending_and_steps_are_never_the_same() {
         .map(|(k, pose)| Translation3::new(if k >= 250 { 0.05 } else { 0.0 }, 0.0, 0.0) * pose);
     for wrong in [scaled.collect(), turned, step.collect::<Vec<_>>()] {
         let found = apart(&truth, &wrong);
-        assert!(!found.is_within(0.04), "{found:?}");
+        assert!(!found.is_same(Basis::CrossValidated, 0.04), "{found:?}");
     }
     // Where the step is, and no elsewhere.
     let step: Vec<Isometry3<f64>> = truth
@@ -195,8 +195,8 @@ fn scale_bending_and_steps_are_never_the_same() {
 fn half_a_run_is_not_the_same_as_a_whole_one() {
     let truth = laps();
     let scans = both(&truth, &truth);
-    assert!(Apart::of(&scans, 40, &ruler()).unwrap().is_within(0.04));
-    assert!(!Apart::of(&scans, 60, &ruler()).unwrap().is_within(0.04));
+    assert!(Apart::of(&scans, 40, &ruler()).unwrap().is_same(Basis::CrossValidated, 0.04));
+    assert!(!Apart::of(&scans, 60, &ruler()).unwrap().is_same(Basis::CrossValidated, 0.04));
     assert!(Apart::of(&scans[..1], 0, &ruler()).is_none());
 }
 

@@ -1,5 +1,6 @@
 //! Scans of two runs along their way, and with what they are laid against each other.
 
+use dmp_reduce::{Lengths, Scales};
 use dmp_sensor::Isometry3;
 
 use super::moments::Moments;
@@ -41,6 +42,12 @@ pub(super) fn place_of(scan: &OnWay<'_>, ruler: &Ruler) -> i64 {
 pub(super) const PLACE_M: f64 = 20.0;
 
 impl Ruler {
+    /// For recordings of this kind.
+    pub fn of(scales: Scales, is_camera: bool, returns: Moments) -> Self {
+        let Lengths { metre_m, pass_m: visits_m, .. } = *scales.lengths();
+        Self { metre_m, visits_m, is_camera, returns }
+    }
+
     /// How far apart two scans' points are put, metres: the root mean square over the returns of the second.
     pub(super) fn distance_m(&self, first: &OnWay<'_>, second: &OnWay<'_>) -> f64 {
         let [first, second] = [first, second].map(|on_way| on_way.scan.run_from_sensor);

@@ -4,9 +4,8 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use dmp_log::{LengthUnit, LogSummary};
-use dmp_reduce::{Basis, Confidence, MissPrice, Scales};
+use dmp_reduce::{Confidence, MissPrice, Scales};
 use dmp_report::{Ego, SegmentLength};
-use dmp_revisit::apart::Apart;
 use dmp_sensor::{DepthNoise, Isometry3};
 use serde::{Deserialize, Serialize};
 
@@ -186,6 +185,11 @@ impl Settings {
         self.scales.lengths().metre_m
     }
 
+    /// Visits at most so far apart see one place, metres.
+    pub fn drift_near_m(&self) -> f64 {
+        self.drift_reach.near_m() * self.metre_m()
+    }
+
     /// The range noise of a LiDAR, metres.
     pub fn sigma_m(&self) -> f64 {
         self.asked_sigma_m.unwrap_or(0.02)
@@ -194,11 +198,6 @@ impl Settings {
     /// The noise of a depth camera.
     pub fn depth_noise(&self) -> DepthNoise {
         self.asked_sigma_m.map_or(DepthNoise::KINECT, DepthNoise::constant)
-    }
-
-    /// Whether two runs so far apart are the same for practical purposes. Of a given map poses do not say how it fits.
-    pub fn are_same(&self, basis: Basis, apart: Option<&Apart>) -> bool {
-        basis == Basis::CrossValidated && apart.is_some_and(|apart| apart.is_within(self.same_within_m))
     }
 
     /// The offset of the log's stamps for a run, nanoseconds.

@@ -3,7 +3,8 @@
 use std::ops::RangeInclusive;
 
 use dmp_map::Independence;
-use dmp_sensor::{Vector3, along_m};
+use dmp_revisit::visits::{Visits, at_part};
+use dmp_sensor::{Isometry3, Vector3, along_m};
 
 use super::no_overlap::why_no_overlap;
 use super::segments::{Segments, cut_segments};
@@ -14,11 +15,14 @@ use crate::runs::run_poses::RunPoses;
 
 /// Least share of scans with a pose; below it, log and run probably do not belong together.
 const MIN_POSED_SHARE: f64 = 0.05;
+/// Number of visits of a path that is not cut into segments.
+const STRETCHES: usize = 16;
+
 /// A run's path through the scans of a log.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct RunPath {
-    /// For each scan in use, the segment that it is in; `None` where the run has no pose for it.
-    segment_of: Vec<Option<i32>>,
+    /// For each scan in use, where on the path it is; `None` where the run has no pose for it.
+    at: Vec<Option<OnPath>>,
     /// The segments, by ordinals of scans.
     pub segments: Segments,
     /// For each scan in use the path length up to it, metres.
@@ -27,6 +31,13 @@ pub struct RunPath {
     pub scans_without_pose: usize,
     /// Those with poses on both sides, but too far apart.
     pub scans_between_poses: usize,
+}
+
+/// Where on the path a scan is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct OnPath {
+    segment: i32,
+    is_revisit: bool,
 }
 
 impl RunPath {
@@ -66,15 +77,52 @@ impl RunPath {
         let along_m = along_m(&places, settings.metre_m());
         let posed: Vec<usize> = (0..frames.len()).filter(|&ordinal| places[ordinal].is_some()).collect();
         let segments = cut_segments(frames, &posed, &along_m, settings.segment, settings.scales);
-        let segment_of = segments.of_scans(frames.len(), &posed);
+        let on_path = |segment| OnPath { segment, is_revisit: false };
+        let at = segments.of_scans(frames.len(), &posed).into_iter().map(|at| at.map(on_path)).collect();
         let (scans_without_pose, scans_between_poses) = (without, between);
-        Ok(Self { segment_of, segments, along_m, scans_without_pose, scans_between_poses })
+        let mut path = Self { at, segments, along_m, scans_without_pose, scans_between_poses };
+        let places = path.places_of_visits(|ordinal| poses.of_frame(&frames[ordinal]));
+        let have_another = places.have_another(settings.drift_near_m(), heads.summary().camera.is_some());
+        for (scans, has_another) in path.visits().iter().zip(have_another) {
+            for &scan in scans {
+                path.at[scan] = path.at[scan].map(|at| OnPath { is_revisit: has_another, ..at });
+            }
+        }
+        Ok(path)
+    }
+
+    /// The scans with a pose, cut into consecutive visits: the segments, or stretches of a path without any.
+    pub fn visits(&self) -> Vec<Vec<usize>> {
+        let posed: Vec<usize> = (0..self.at.len()).filter(|&ordinal| self.has(ordinal)).collect();
+        if self.segments.length.is_some() {
+            posed.chunk_by(|&a, &b| self.segment(a) == self.segment(b)).map(<[usize]>::to_vec).collect()
+        } else {
+            let count = STRETCHES.min(posed.len());
+            let begin = |k: usize| k * posed.len() / count;
+            (0..count).map(|k| posed[begin(k)..begin(k + 1)].to_vec()).collect()
+        }
+    }
+
+    /// Where the visits are: at their middle scans.
+    pub fn places_of_visits(&self, pose: impl Fn(usize) -> Option<Isometry3<f64>>) -> Visits {
+        let middle = |scans: &Vec<usize>| scans[at_part(scans, &self.along_m, 0.5)];
+        let middles: Vec<usize> = self.visits().iter().map(middle).collect();
+        Visits {
+            poses: middles.iter().map(|&scan| pose(scan).unwrap_or_default()).collect(),
+            along_m: middles.iter().map(|&scan| self.along_m[scan]).collect(),
+        }
+    }
+
+    /// Whether the run comes by the place of a scan on another visit, earlier or later.
+    #[inline]
+    pub fn is_revisit(&self, ordinal: usize) -> bool {
+        self.at.get(ordinal).is_some_and(|at| at.is_some_and(|at| at.is_revisit))
     }
 
     /// The segment of a scan in use; `None` where the run has no pose for it.
     #[inline]
     pub fn segment(&self, ordinal: usize) -> Option<i32> {
-        *self.segment_of.get(ordinal)?
+        Some((*self.at.get(ordinal)?)?.segment)
     }
 
     /// Whether the run has a pose for a scan in use.
@@ -103,18 +151,18 @@ impl RunPath {
     /// The path through some of the scans, which have the ordinals 0, 1, 2, … then. Segments keep their numbers.
     #[must_use]
     pub fn through(&self, ordinals: impl Iterator<Item = Option<usize>>) -> Self {
-        let segment_of = ordinals.map(|ordinal| self.segment(ordinal?)).collect();
-        Self { segment_of, ..self.clone() }
+        let at = ordinals.map(|ordinal| *self.at.get(ordinal?)?).collect();
+        Self { at, ..self.clone() }
     }
 
     /// The same without the scans that the run has no pose for.
     #[must_use]
     pub fn posed_only(&self) -> Self {
         let is_kept = |ordinal: &usize| self.has(*ordinal);
-        let kept: Vec<usize> = (0..self.segment_of.len()).filter(is_kept).collect();
+        let kept: Vec<usize> = (0..self.at.len()).filter(is_kept).collect();
         let new_of = |ordinal: &usize| kept.partition_point(|kept| kept < ordinal);
         Self {
-            segment_of: kept.iter().map(|&ordinal| self.segment_of[ordinal]).collect(),
+            at: kept.iter().map(|&ordinal| self.at[ordinal]).collect(),
             along_m: kept.iter().map(|&ordinal| self.along_m[ordinal]).collect(),
             segments: Segments {
                 starts: self.segments.starts.iter().map(new_of).collect(),
@@ -142,11 +190,15 @@ mod tests {
         );
     }
 
+    fn on_path(segment: i32) -> OnPath {
+        OnPath { segment, is_revisit: false }
+    }
+
     #[test]
     fn a_pass_has_the_segments_near_along_the_path() {
         let starts = vec![0, 2, 4, 5];
         let path = RunPath {
-            segment_of: vec![Some(0), Some(0), Some(1), None, Some(2), Some(3)],
+            at: [Some(0), Some(0), Some(1), None, Some(2), Some(3)].map(|at| at.map(on_path)).to_vec(),
             segments: Segments { starts, ..Segments::default() },
             along_m: vec![0.0, 6.0, 12.0, 20.0, 24.0, 90.0],
             ..RunPath::default()

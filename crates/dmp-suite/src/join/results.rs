@@ -146,18 +146,12 @@ fn judge(
     };
     posed.sort_by_key(|(ordinal, _)| *ordinal);
     let posed: Vec<PosedScan> = posed.into_iter().map(|(_, scan)| scan).collect();
-    let lengths = report.config.scales.lengths();
-    let ruler = Ruler {
-        metre_m: lengths.metre_m,
-        visits_m: lengths.pass_m,
-        is_camera: report.runs.iter().any(|run| run.dmp_depth_sum_m2.is_some()),
-        returns: report.inputs.returns_at,
-    };
+    let is_camera = report.runs.iter().any(|run| run.dmp_depth_sum_m2.is_some());
+    let ruler = Ruler::of(report.config.scales, is_camera, report.inputs.returns_at);
     let same_within_m = report.promise.same_within_m;
     let judged = pairs.into_iter().map(|pair| {
         let apart = apart_of(&posed, [pair.a, pair.b], &ruler);
-        let is_same =
-            basis == Basis::CrossValidated && apart.is_some_and(|apart| apart.is_within(same_within_m));
+        let is_same = apart.is_some_and(|apart| apart.is_same(basis, same_within_m));
         PairReport::of(&if is_same { pair.of_same() } else { pair }, facts, apart)
     });
     let mut judged: BTreeMap<[String; 2], PairReport> =

@@ -62,13 +62,7 @@ impl Plan {
 
     /// With what runs are laid against each other.
     pub(crate) fn ruler(&self, log: &LogSummary, settings: &Settings) -> Ruler {
-        let lengths = settings.scales.lengths();
-        Ruler {
-            metre_m: lengths.metre_m,
-            visits_m: lengths.pass_m,
-            is_camera: log.camera.is_some(),
-            returns: self.surveyed.returns,
-        }
+        Ruler::of(settings.scales, log.camera.is_some(), self.surveyed.returns)
     }
 
     /// The scans in use, in order of time.

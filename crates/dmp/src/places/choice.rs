@@ -43,7 +43,7 @@ impl Places {
         let read = outline.own_bytes_read().unwrap_or(0) + survey::bytes(outline);
         // The whole log covers all places, though most scans are read for several of them.
         let budget_bytes = if share < 1.0 { asked.saturating_sub(read) } else { u64::MAX };
-        let revisited: Vec<bool> = places.iter().map(|place| way.is_revisited(place)).collect();
+        let revisited: Vec<bool> = places.iter().map(|place| drive_scans.is_revisit(place.centre)).collect();
         let numbers = draw(&bytes, &revisited, budget_bytes, seed);
         let drawn_bytes = numbers.iter().map(|&number| bytes[number]).sum::<u64>();
         Ok(Self {

@@ -46,6 +46,12 @@ impl<'a> DriveScans<'a> {
         self.runs.iter().map(|run| &run.poses)
     }
 
+    /// Whether most runs come by the place of a scan on another visit.
+    pub(crate) fn is_revisit(&self, ordinal: usize) -> bool {
+        let in_use = self.drive.in_use[ordinal];
+        2 * self.runs.iter().filter(|run| run.path.is_revisit(in_use)).count() > self.runs.len()
+    }
+
     fn outlined(&self, ordinal: usize) -> &OutlinedScan {
         &self.outline.scans()[self.drive.frames[ordinal].number]
     }

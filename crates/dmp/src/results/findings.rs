@@ -259,7 +259,7 @@ impl Findings<'_> {
         let Self { plan, runs, settings, .. } = *self;
         let ruler = plan.ruler(self.heads.summary(), settings);
         let apart = apart_of(plan.frames(), [pair.a, pair.b].map(|run| &runs[run]), &ruler);
-        let is_same = settings.are_same(pair.basis, apart.as_ref());
+        let is_same = apart.is_some_and(|apart| apart.is_same(pair.basis, settings.same_within_m));
         (if is_same { pair.of_same() } else { pair }, apart)
     }
 

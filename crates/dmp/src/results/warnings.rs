@@ -108,10 +108,13 @@ fn of_run(run: &RunReport) -> Vec<String> {
         warnings.push(format!("R_cv is not given: {why}; pairs are still compared on common returns"));
     }
     if let Some(share) = run.coverage_revisit.filter(|_| run.has_few_revisits()) {
-        warnings.push(format!(
-            "only {:.1} % of the returns see a place on another visit: drift and large-scale bending cannot be judged",
-            100.0 * share
-        ));
+        let seen = if share > 0.0 {
+            format!("only {:.1} % of the returns see", 100.0 * share)
+        } else {
+            "no return sees".to_owned()
+        };
+        warnings
+            .push(format!("{seen} a place on another visit: drift and large-scale bending cannot be judged"));
     }
     if run.map.map_points_dropped > 0 {
         let count = thousands(run.map.map_points_dropped);

@@ -2,7 +2,7 @@
 
 use std::io::Write as _;
 
-use dmp::check_cloud;
+use dmp::{check_cloud, check_store};
 use dmp_draw::{map_check, map_check_page, not_in_a_cloud};
 use dmp_log::is_mesh;
 use dmp_map::{MapError, Store};
@@ -14,7 +14,7 @@ use crate::options::{Asked, Out, Spec, output, scoring, tools};
 
 pub(super) static SPEC: Spec = Spec {
     name: "check",
-    about: "Say how good one cloud is, without a log: thickness of surfaces, double layers, density, holes",
+    about: "Say how good one cloud is, without a log: thickness of surfaces, double layers, density, holes; of a store, its holes",
     more: "Thickness is the RMS distance of points from the flat surfaces they lie on: noise of the sensor, errors of the poses, \
            and what is not flat. Of a run it is a column of `dmp score`.",
     after: "Examples:\n  \
@@ -35,23 +35,15 @@ fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::Result<Exit
     config.check()?;
     let (cloud, page) = (asked.need(&tools::CLOUD)?, asked.get(&tools::CHECK_REPORT));
     page.as_deref().map_or(Ok(()), writable)?;
-    let shown = cloud.display();
-    let refuse = |problem: &str| Err(Usage(format!("{shown}: {problem}")).into());
-    match Store::open(&cloud) {
-        Err(MapError::NotAStore { .. } | MapError::Disk(_)) => (),
-        Ok(_) | Err(_) => {
-            return refuse(
-                "a .dmpmap holds one disc for each voxel, not the points: check the cloud it was made of; of a log, `dmp score` \
-                 prints the thickness",
-            );
-        }
-    }
-    if is_mesh(&cloud)? {
-        return refuse("a mesh has surfaces without thickness: check the cloud it was made of");
-    }
-    let progress = Progress::new(common);
-    let found = check_cloud(&cloud, &config, &progress)?;
-    drop(progress);
+    let is_store = !matches!(Store::open(&cloud), Err(MapError::NotAStore { .. } | MapError::Disk(_)));
+    let found = if is_store {
+        check_store(&cloud)?
+    } else if is_mesh(&cloud)? {
+        let problem = "a mesh has surfaces without thickness: check the cloud it was made of";
+        return Err(Usage(format!("{}: {problem}", cloud.display())).into());
+    } else {
+        check_cloud(&cloud, &config, &Progress::new(common))?
+    };
     if let Some(page) = page {
         save_text(&page, &map_check_page(&found, env!("CARGO_PKG_VERSION"))?)?;
     }

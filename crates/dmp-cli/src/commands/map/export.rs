@@ -15,9 +15,9 @@ pub(super) static SPEC: Spec = Spec {
     about: "Write a map's surfels as a point cloud with normals: LAZ, LAS, PLY or PCD",
     more: "Coordinates are those of the run's trajectory, in metres. Memory does not grow with the map.",
     after: "Examples:\n  \
-            dmp map export maps/truth.dmpmap -o truth.laz\n  \
+            dmp map export maps/truth.dmpmap -o truth.laz --crs EPSG:32632\n  \
             dmp map export maps/truth.dmpmap -o corner.ply --box -20,-20,40,40",
-    options: &[&[&tools::MAP, &tools::EXPORTED, &tools::BOX]],
+    options: &[&[&tools::MAP, &tools::EXPORTED, &tools::BOX, &tools::CRS]],
     run,
     ..Spec::EMPTY
 };
@@ -39,7 +39,11 @@ fn format_of(path: &Path) -> Result<CloudFormat, Usage> {
 
 fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::Result<Exit> {
     let (output, within) = (asked.need(&tools::EXPORTED)?, asked.get(&tools::BOX));
-    let format = format_of(&output)?;
+    let (format, crs) = (format_of(&output)?, asked.get(&tools::CRS));
+    if crs.is_some() && !matches!(format, CloudFormat::Las | CloudFormat::Laz) {
+        let problem = "a .ply or .pcd names no coordinate system: leave --crs out, or write a .laz";
+        return Err(Usage(format!("{}: {problem}", output.display())).into());
+    }
     let map = Store::open(&asked.need(&tools::MAP)?)?;
     let in_reach = |entry: &&TileEntry| {
         within.is_none_or(|[x0, y0, x1, y1]| {
@@ -67,7 +71,7 @@ fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::Result<Exit
         progress.done(1);
     }
     progress.start("writing", "tiles", tiles.len() as u64);
-    let mut writer = CloudWriter::create(&output, format, points, near_m.unwrap_or_default())?;
+    let mut writer = CloudWriter::create(&output, format, points, near_m.unwrap_or_default(), crs.as_ref())?;
     for &id in &tiles {
         common.host.go_on()?;
         for point in points_of(&map, id, within)? {

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::format::CloudFormat;
 use super::table::{Column, Number, Table, TableWriter};
+use super::wkt::MetricCrs;
 use crate::LogError;
 
 const NORMAL: [Column; 3] = [
@@ -28,12 +29,18 @@ pub struct OrientedPoint {
 pub struct CloudWriter(TableWriter);
 
 impl CloudWriter {
-    /// A cloud of `points` points, the first of them near `near_m`.
+    /// A cloud of `points` points, the first of them near `near_m`; LAS and LAZ name the coordinate system.
     ///
     /// # Errors
     /// When the file cannot be made.
-    pub fn create(path: &Path, format: CloudFormat, points: u64, near_m: [f64; 3]) -> Result<Self, LogError> {
-        let table = Table { format, columns: &NORMAL, points, near_m, comment: "dmp" };
+    pub fn create(
+        path: &Path,
+        format: CloudFormat,
+        points: u64,
+        near_m: [f64; 3],
+        crs: Option<&MetricCrs>,
+    ) -> Result<Self, LogError> {
+        let table = Table { format, columns: &NORMAL, points, near_m, comment: "dmp", crs };
         TableWriter::create(path, &table).map(Self)
     }
 
@@ -76,7 +83,7 @@ mod tests {
         ] {
             let path = folder.path().join(name);
             let points = points();
-            let mut writer = CloudWriter::create(&path, format, 1000, points[0].point_m).unwrap();
+            let mut writer = CloudWriter::create(&path, format, 1000, points[0].point_m, None).unwrap();
             points.iter().for_each(|point| writer.write(point).unwrap());
             writer.finish().unwrap();
             let mut read = Vec::new();
@@ -101,12 +108,12 @@ mod tests {
     fn a_wrong_count_leaves_nothing() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.laz");
-        let mut writer = CloudWriter::create(&path, CloudFormat::Laz, 2, [0.0; 3]).unwrap();
+        let mut writer = CloudWriter::create(&path, CloudFormat::Laz, 2, [0.0; 3], None).unwrap();
         let point = OrientedPoint { point_m: [0.0; 3], normal: [0.0, 0.0, 1.0] };
         writer.write(&point).unwrap();
         let far = OrientedPoint { point_m: [0.0, 300_000.0, 0.0], ..point };
         assert!(writer.write(&far).unwrap_err().to_string().contains("300000 m is too far"));
-        assert!(CloudWriter::create(&path, CloudFormat::Ply, 2, [0.0; 3]).unwrap().finish().is_err());
+        assert!(CloudWriter::create(&path, CloudFormat::Ply, 2, [0.0; 3], None).unwrap().finish().is_err());
         drop(writer);
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
     }

@@ -1,6 +1,10 @@
 //! Well-known text of coordinate systems (OGC 01-009 and ISO 19162): as much of it as says in which units
 //! coordinates are.
 
+use std::str::FromStr;
+
+use thiserror::Error;
+
 /// Brackets within brackets up to which a text is read; true ones have about six.
 const MAX_DEPTH: usize = 32;
 
@@ -28,6 +32,56 @@ struct Node<'a> {
     keyword: &'a str,
     nodes: Vec<Node<'a>>,
     words: Vec<&'a str>,
+}
+
+/// A coordinate system for a cloud that is written: its axes are in metres.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct MetricCrs(String);
+
+/// Why a text is no [`MetricCrs`].
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum CrsError {
+    /// It is neither.
+    #[error("give EPSG:CODE, as EPSG:32632, or a well-known text, as PROJCS[...]")]
+    Neither,
+    /// The code is not known.
+    #[error("EPSG:{0} is not known: give its well-known text")]
+    UnknownCode(u16),
+    /// The axes are angles, or in another unit.
+    #[error("its axes must be in metres, as those of UTM zones are: coordinates are written in metres")]
+    NotMetres,
+}
+
+impl MetricCrs {
+    /// The well-known text.
+    pub fn wkt(&self) -> &str {
+        &self.0
+    }
+}
+
+/// `EPSG:32632`, or a well-known text.
+impl FromStr for MetricCrs {
+    type Err = CrsError;
+
+    fn from_str(text: &str) -> Result<Self, CrsError> {
+        let (name, code) = text.split_once(':').unwrap_or_default();
+        let wkt = match code.parse() {
+            Ok(code) if name.eq_ignore_ascii_case("EPSG") => {
+                crs_definitions::from_code(code).ok_or(CrsError::UnknownCode(code))?.wkt
+            }
+            _ => text,
+        };
+        let is_metre = |unit_m: f64| (unit_m - 1.0).abs() < 1e-9;
+        match units_of(wkt).ok_or(CrsError::Neither)? {
+            WktUnits { ground: Axes::Length(unit_m), height_m }
+                if is_metre(unit_m) && height_m.is_none_or(is_metre) =>
+            {
+                Ok(Self(wkt.to_owned()))
+            }
+            _ => Err(CrsError::NotMetres),
+        }
+    }
 }
 
 /// The units in a text; `None` where it is no well-known text.
@@ -151,6 +205,20 @@ mod tests {
         };
         assert_eq!(units(&geodetic("Cartesian")), Some((Axes::Length(1.0), None)));
         assert_eq!(units(&geodetic("ellipsoidal")), Some((Axes::Angles, None)));
+    }
+
+    #[test]
+    fn a_written_cloud_has_metres() {
+        let utm: MetricCrs = "epsg:32632".parse().unwrap();
+        assert!(utm.wkt().starts_with("PROJCS[\"WGS 84 / UTM zone 32N\""), "{}", utm.wkt());
+        assert_eq!(utm.wkt().parse(), Ok(utm.clone()));
+        let why = |text: &str| text.parse::<MetricCrs>().unwrap_err();
+        assert_eq!(why("EPSG:1"), CrsError::UnknownCode(1));
+        // In degrees, and in feet.
+        assert_eq!([why("EPSG:4326"), why("EPSG:2227")], [CrsError::NotMetres, CrsError::NotMetres]);
+        for text in ["", "EPSG:", "EPSG:99999", "32632", "utm 32", "+proj=utm +zone=32"] {
+            assert_eq!(why(text), CrsError::Neither, "{text}");
+        }
     }
 
     #[test]

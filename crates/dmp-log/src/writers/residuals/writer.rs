@@ -79,7 +79,7 @@ impl ResidualWriter {
                 let (points, near_m, comment) = (head.points, head.near_m, comment.as_str());
                 Out::Cloud(TableWriter::create(
                     path,
-                    &Table { format, columns: &COLUMNS, points, near_m, comment },
+                    &Table { format, columns: &COLUMNS, points, near_m, comment, crs: None },
                 )?)
             }
             ResidualFormat::Mcap => Out::Mcap(Box::new(ScanPlayer::create(path, head.run)?)),

@@ -76,7 +76,6 @@ impl<'a> Evaluation<'a, RunMap> {
         let caster = |(number, run): (usize, PosedRun<'a, RunMap>)| {
             let (run, RunMap { store, facts }) = run.with_map(());
             let left_out = PlacesLeftOut::of(&store, left_out_bytes);
-            let settings = CastSettings { revisit_reach: run.path.revisit_reach(lengths.pass_m), ..settings };
             let caster = Caster::sharing(store, settings, &tiles, number);
             run.with_map(RunCaster { caster, left_out, facts }).0
         };

@@ -282,7 +282,7 @@ impl<M> Evaluation<'_, M> {
         let ruler = self.plan.ruler(self.log.summary(), &self.settings);
         let is_same = |pair: &Comparison| {
             let apart = apart_of(self.plan.frames(), [pair.a, pair.b].map(|run| &self.runs[run]), &ruler);
-            self.settings.are_same(pair.basis, apart.as_ref())
+            apart.is_some_and(|apart| apart.is_same(pair.basis, self.settings.same_within_m))
         };
         let is_open = |pair: &Comparison| matches!(pair.verdict, Verdict::Undecided { .. });
         let comparisons = reducer.comparisons(self.confidence(reducer));

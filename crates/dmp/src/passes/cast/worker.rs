@@ -98,7 +98,7 @@ impl Worker for CastWorker<'_> {
                 residuals.clear();
                 if let Some(segment) = run.run.path.segment(ordinal) {
                     run.cast(block.rays(number), segment, reposed, queries, buffers)?;
-                    run.leave_residuals(&block, number, scales, depth_noise, residuals);
+                    run.leave_residuals((&block, ordinal), number, scales, depth_noise, residuals);
                     reposed = true;
                 }
             }
@@ -178,7 +178,7 @@ impl<'e> CastRun<'e> {
     /// Computes the residuals.
     fn leave_residuals(
         &self,
-        block: &Block<'_>,
+        (block, ordinal): (&Block<'_>, usize),
         number: usize,
         scales: Scales,
         depth_noise: Option<&DepthNoise>,
@@ -186,7 +186,7 @@ impl<'e> CastRun<'e> {
     ) {
         let rays = block.rays(number);
         let answered = rays.iter().zip(self.answers.iter().zip(&self.is_left_out));
-        let bases = self.bases;
+        let (bases, is_revisit) = (self.bases, self.run.path.is_revisit(ordinal));
         residuals.extend(answered.map(|(ray, (answer, &is_left_out))| {
             if is_left_out {
                 Residuals {
@@ -194,7 +194,9 @@ impl<'e> CastRun<'e> {
                     ..Residuals::LEFT_OUT
                 }
             } else {
-                residuals_of(ray, answer, bases, scales)
+                let of_ray = residuals_of(ray, answer, bases, scales);
+                // From far along a street, surfaces are seen on no other visit.
+                Residuals { revisited: of_ray.revisited && is_revisit, ..of_ray }
             }
         }));
         if let Some(noise) = depth_noise {

@@ -12,6 +12,8 @@ use dmp_revisit::drift::{
     Axes, Displacement, DriftReport, PairFacts, RunDrift, RunFacts, Seen, VisitPairReport, VisitReport,
     blocks, compared, covariance_in, of_run, register, searched_m, upper_triangle,
 };
+pub use dmp_revisit::visits::VisitPair;
+use dmp_revisit::visits::Visits;
 use dmp_runs::{Config, EvaluateError, PosedRun, Run, Stage, Watch, own_frame, pool};
 use dmp_sensor::seven;
 use dmp_sensor::{Isometry3, Translation3, UnitQuaternion, Vector3};
@@ -19,9 +21,8 @@ use rayon::prelude::*;
 
 use crate::passes::evaluation::{Evaluation, Task};
 use crate::passes::survey::spread;
-use patches::{Source, Visits};
-pub use visits::VisitPair;
-use visits::{Places, Visit};
+use patches::Source;
+use visits::Visit;
 
 /// Approximate memory for the surfaces of a visit in one run, bytes.
 const PYRAMID_BYTES: usize = 600 << 10;
@@ -100,7 +101,7 @@ pub struct Revisits<'e> {
     source: Source<'e>,
     run: PosedRun<'e, ()>,
     visits: Vec<Visit>,
-    places: Places,
+    places: Visits,
     /// From the sensor's frame to that of a place: tilted, so that level ground and walls along the path
     /// cross their voxels.
     tilt: UnitQuaternion<f64>,
@@ -122,10 +123,11 @@ impl<'e> Revisits<'e> {
         let Evaluation { plan, settings, means, log, progress, .. } = evaluation;
         let (frames, run) = (plan.frames(), evaluation.runs[run].like(()));
         let is_camera = log.summary().camera.is_some();
-        let visits = visits::visits(frames, &run.path, is_camera);
-        let places = Places::new(&visits, frames, &run.poses);
-        let near_m = settings.drift_reach.near_m() * settings.metre_m();
-        let found = visits::pairs(&visits, &places, &run.path.along_m, near_m, is_camera);
+        let returns = |ordinal: usize| frames[ordinal].returns;
+        let visit = |scans: &Vec<usize>| Visit::of(scans, &run.path.along_m, returns, is_camera);
+        let visits = run.path.visits().iter().map(visit).collect();
+        let places = run.path.places_of_visits(|ordinal| run.poses.of_frame(&frames[ordinal]));
+        let found = places.pairs(settings.drift_near_m(), is_camera);
         let most = settings.drift.most(run.path.segments.starts.len(), plan.looks.is_sampled());
         let pairs = spread(found.len(), most).into_iter().map(|k| found[k]).collect();
         let metre_m = settings.metre_m();
@@ -162,7 +164,7 @@ impl<'e> Revisits<'e> {
         let mut reports = Vec::with_capacity(pairs.len());
         for batch in pairs.chunks(self.pairs_at_a_time()) {
             let numbers = batch.iter().flat_map(|pair| [pair.first, pair.second]);
-            let visits: Visits<'_> = numbers
+            let visits: patches::Visits<'_> = numbers
                 .map(|number| (number, (&self.visits[number], self.world_from_place(number).inverse())))
                 .collect();
             let pyramids = patches::pyramids(self.source, &self.run, &visits)?;
@@ -208,7 +210,7 @@ impl<'e> Revisits<'e> {
     }
 
     fn world_from_place(&self, visit: usize) -> Isometry3<f64> {
-        self.places.of(visit) * self.tilt.inverse()
+        self.places.poses[visit] * self.tilt.inverse()
     }
 
     /// Measures a pair of visits.

@@ -22,10 +22,6 @@ pub(crate) const SPACING_M: f64 = 4.0;
 /// Scans packed together are read together. Then the path behind them is skipped in proportion to their
 /// number, up to this distance, metres.
 const MOST_LEFT_OUT_M: f64 = 12.0;
-/// Segments between two scans for the later one to count as a revisit: as for the coverage by revisits.
-const REVISIT_SEGMENTS: f64 = 5.0;
-/// Largest distance between a revisit and the place, metres.
-const REVISIT_M: f64 = 20.0;
 /// Above this number of scans for a place, every run is limited to its share of them. So a run that puts the
 /// whole drive in one place neither reads all of it nor crowds out the others.
 const MAX_SCANS: usize = 240;
@@ -59,8 +55,6 @@ pub(crate) struct Way {
     of_runs: Vec<Whereabouts>,
     /// The group that each scan is packed in.
     groups: Vec<u32>,
-    /// Length of the segments of the drive, metres.
-    segment_m: f64,
     /// Scans within this distance of a place's centre make its map, metres: it covers the other segments that
     /// its scans depend on, on both sides.
     radius_m: f64,
@@ -82,7 +76,7 @@ impl Way {
     fn of(along_m: Vec<f64>, places_m: Vec<Vec<[f64; 3]>>, groups: Vec<u32>, segment_m: f64) -> Self {
         let of_runs = places_m.into_iter().map(Whereabouts::new).collect();
         let radius_m = RADIUS_M.max(2.0 * segment_m + LENGTH_M + 1.0);
-        Self { along_m, of_runs, groups, segment_m, radius_m }
+        Self { along_m, of_runs, groups, radius_m }
     }
 
     pub(crate) fn radius_m(&self) -> f64 {
@@ -191,16 +185,5 @@ impl Way {
             }
         }
         kept
-    }
-
-    /// Whether the path revisits the place in most runs.
-    pub(crate) fn is_revisited(&self, place: &Place) -> bool {
-        let along_m = &self.along_m;
-        let far = |scan: &usize| {
-            (along_m[*scan] - along_m[place.centre]).abs() > REVISIT_SEGMENTS * self.segment_m + REVISIT_M
-        };
-        let comes_back =
-            |run: &&Whereabouts| run.within(run.in_world_m[place.centre], REVISIT_M).any(|scan| far(&scan));
-        2 * self.of_runs.iter().filter(comes_back).count() > self.of_runs.len()
     }
 }

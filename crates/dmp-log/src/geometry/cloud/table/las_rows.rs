@@ -8,6 +8,7 @@ use las::point::Format;
 use las::{Builder, PointData, PointDataBuilder, Transform, Vector, Vlr};
 
 use super::column::{Column, row_bytes};
+use crate::geometry::cloud::wkt::MetricCrs;
 
 /// Metres of a step. 32 bits of it reach 214 km from the first point.
 const STEP_M: f64 = 1e-4;
@@ -41,7 +42,7 @@ impl LasRows {
         file: BufWriter<File>,
         is_compressed: bool,
         columns: &[Column],
-        near_m: [f64; 3],
+        (near_m, crs): ([f64; 3], Option<&MetricCrs>),
     ) -> io::Result<Self> {
         let failure = Failure::default();
         let offset_m = near_m.map(f64::floor);
@@ -59,7 +60,12 @@ impl LasRows {
             let data = columns.iter().flat_map(Column::in_las).collect();
             let description = "extra bytes".into();
             builder.vlrs.push(Vlr { user_id: "LASF_Spec".into(), record_id: 4, description, data });
-            let writer = las::Writer::new(recording, builder.into_header()?)?;
+            let mut header = builder.into_header()?;
+            if let Some(crs) = crs {
+                // It ends with a zero byte.
+                header.set_wkt_crs([crs.wkt().as_bytes(), &[0]].concat())?;
+            }
+            let writer = las::Writer::new(recording, header)?;
             let slab = PointDataBuilder::new().for_header(writer.header()).build();
             Ok((writer, slab))
         };

@@ -10,6 +10,7 @@ use std::path::Path;
 use dmp_disk::OutputFile;
 
 use super::format::CloudFormat;
+use super::wkt::MetricCrs;
 use crate::LogError;
 pub(crate) use column::{Column, Number};
 use las_rows::LasRows;
@@ -26,6 +27,8 @@ pub(crate) struct Table<'a> {
     pub(crate) near_m: [f64; 3],
     /// A line for the head of a PLY file.
     pub(crate) comment: &'a str,
+    /// The coordinate system, for LAS and LAZ.
+    pub(crate) crs: Option<&'a MetricCrs>,
 }
 
 /// Writes a cloud row by row: PLY and PCD in bytes, lowest first, with float64 places; LAS and LAZ 1.4 with steps of
@@ -48,7 +51,7 @@ enum Output {
 
 impl TableWriter {
     pub(crate) fn create(path: &Path, table: &Table<'_>) -> Result<Self, LogError> {
-        let &Table { format, columns, points, near_m, comment } = table;
+        let &Table { format, columns, points, near_m, comment, crs } = table;
         let output = OutputFile::create(path).map_err(|e| LogError::io(path, "write", e))?;
         let file = output.file().map_err(|e| LogError::io(path, "write", e))?;
         let mut file = BufWriter::with_capacity(BUFFER_BYTES, file);
@@ -67,7 +70,7 @@ impl TableWriter {
             }
             CloudFormat::E57 => Err(io::Error::new(io::ErrorKind::Unsupported, "E57 is read, not written")),
             CloudFormat::Las | CloudFormat::Laz => {
-                LasRows::new(file, format == CloudFormat::Laz, columns, near_m)
+                LasRows::new(file, format == CloudFormat::Laz, columns, (near_m, crs))
                     .map(|rows| Output::Las(Box::new(rows)))
             }
         };

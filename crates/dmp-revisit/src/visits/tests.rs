@@ -6,21 +6,21 @@ use proptest::prelude::*;
 const NEAR_M: f64 = 15.0;
 
 /// Consecutive visits at these places.
-fn at(places_m: &[[f64; 2]]) -> (Vec<Visit>, Places, Vec<f64>) {
+fn at(places_m: &[[f64; 2]]) -> Visits {
     let along_m: Vec<f64> = std::iter::once(0.0)
         .chain(places_m.windows(2).scan(0.0, |along_m, pair| {
             *along_m += (pair[1][0] - pair[0][0]).hypot(pair[1][1] - pair[0][1]);
             Some(*along_m)
         }))
         .collect();
-    let visits = (0..places_m.len()).map(|middle| Visit { middle, scans: vec![middle] }).collect();
     let poses = places_m.iter().map(|&[x, y]| Isometry3::translation(x, y, 0.0)).collect();
-    (visits, Places(poses), along_m)
+    Visits { poses, along_m }
 }
 
 fn found(places_m: &[[f64; 2]]) -> Vec<(usize, usize)> {
-    let (visits, places, along_m) = at(places_m);
-    let pairs = pairs(&visits, &places, &along_m, NEAR_M, false);
+    let visits = at(places_m);
+    let pairs = visits.pairs(NEAR_M, false);
+    assert_eq!(pairs.is_empty(), !visits.have_another(NEAR_M, false).contains(&true));
     pairs.into_iter().map(|pair| (pair.first, pair.second)).collect()
 }
 
@@ -69,31 +69,14 @@ fn neighbours_on_one_way_are_no_revisits() {
 fn cameras_that_look_elsewhere_are_not_paired() {
     let out = (0..10).map(|k| [f64::from(k), 0.0]);
     let way: Vec<[f64; 2]> = out.clone().chain(out.rev()).collect();
-    let (visits, mut places, along_m) = at(&way);
-    assert!(!pairs(&visits, &places, &along_m, 1.5, true).is_empty());
-    for pose in &mut places.0[10..] {
+    let mut visits = at(&way);
+    assert!(!visits.pairs(1.5, true).is_empty());
+    for pose in &mut visits.poses[10..] {
         pose.rotation = UnitQuaternion::from_euler_angles(0.0, 0.0, std::f64::consts::PI);
     }
-    assert_eq!(pairs(&visits, &places, &along_m, 1.5, true), []);
-    assert!(!pairs(&visits, &places, &along_m, 1.5, false).is_empty());
-}
-
-#[test]
-fn the_scans_of_a_visit_are_spread_over_its_middle() {
-    // It stands on the first half of its scans.
-    let along_m: Vec<f64> = (0..100).map(|k| f64::from(k.max(50) - 50)).collect();
-    let all: Vec<usize> = (0..100).collect();
-    let visit = Visit::of(&all, &along_m, |_| 10_000, false);
-    assert_eq!((visit.middle, visit.scans.len()), (75, SCANS + 1));
-    assert!(visit.scans.iter().all(|scan| (62..88).contains(scan)), "{:?}", visit.scans);
-    let standing = Visit::of(&all[20..40], &[0.0; 100], |_| 10_000, false);
-    assert!(
-        standing.scans.contains(&standing.middle)
-            && standing.scans.iter().all(|scan| (20..40).contains(scan))
-    );
-    // With dense scans a few suffice.
-    assert_eq!(Visit::of(&all, &along_m, |_| 50_000, false).scans, [74, 75, 76]);
-    assert_eq!(Visit::of(&all[7..8], &along_m, |_| 10_000, false), Visit { middle: 7, scans: vec![7] });
+    assert_eq!(visits.pairs(1.5, true), []);
+    assert!(!visits.have_another(1.5, true).contains(&true));
+    assert!(!visits.pairs(1.5, false).is_empty());
 }
 
 proptest! {
@@ -107,7 +90,7 @@ proptest! {
             let last = way[way.len() - 1];
             way.push([last[0] + x, last[1] + y]);
         }
-        let (_, _, along_m) = at(&way);
+        let Visits { along_m, .. } = at(&way);
         let apart = |a: usize, b: usize| (way[a][0] - way[b][0]).hypot(way[a][1] - way[b][1]);
         let near = |a: usize, b: usize| {
             b < way.len() && a.abs_diff(b) >= LAG && apart(a, b) <= NEAR_M
