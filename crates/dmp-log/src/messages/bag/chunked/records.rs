@@ -1,12 +1,13 @@
-//! The framing of MCAP: records of one byte of type, eight of length, and a body.
+//! Files of records: where one is, read at any place, and the records in a chunk.
 
+use super::framing::Framing;
 use crate::file::{CountedFile, ReadCount};
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
 /// Where a message is in the file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(in crate::messages::bag) struct McapPlace {
+pub(in crate::messages::bag) struct RecordPlace {
     /// Where the chunk's record starts in the file, or the message's own record outside a chunk.
     pub(in crate::messages::bag) record_at: u64,
     /// Bytes of that record's body.
@@ -26,15 +27,11 @@ pub(in crate::messages::bag) struct Record {
 
 impl Record {
     /// That in which a message lies.
-    pub(in crate::messages::bag) fn of(place: McapPlace) -> Self {
+    pub(in crate::messages::bag) fn of(place: RecordPlace) -> Self {
         Self { at: place.record_at, body_bytes: place.record_bytes, is_chunk: place.in_chunk.is_some() }
     }
 }
 
-/// Bytes before the body of a record.
-pub(in crate::messages::bag) const HEAD_BYTES: u64 = 9;
-/// Bytes of the header of a message record.
-pub(super) const MESSAGE_HEAD_BYTES: usize = 22;
 /// Largest chunk, message or summary that is read, uncompressed.
 pub(super) const MAX_RECORD_BYTES: u64 = crate::messages::bag::basics::MAX_MESSAGE_BYTES;
 
@@ -49,23 +46,29 @@ pub(super) struct Source {
     file: BufReader<CountedFile>,
     at: u64,
     length: u64,
+    pub(super) framing: Framing,
 }
 
 impl Source {
     /// A file that is read from start to end.
-    pub(super) fn open(path: &Path, count: &ReadCount) -> io::Result<Self> {
-        Self::with_buffer(path, count, STREAM_BYTES)
+    pub(super) fn open(path: &Path, framing: Framing, count: &ReadCount) -> io::Result<Self> {
+        Self::with_buffer(path, framing, count, STREAM_BYTES)
     }
 
     /// A file that is read in pieces here and there: little beyond them is read.
-    pub(super) fn open_for_pieces(path: &Path, count: &ReadCount) -> io::Result<Self> {
-        Self::with_buffer(path, count, PIECE_BYTES)
+    pub(super) fn open_for_pieces(path: &Path, framing: Framing, count: &ReadCount) -> io::Result<Self> {
+        Self::with_buffer(path, framing, count, PIECE_BYTES)
     }
 
-    fn with_buffer(path: &Path, count: &ReadCount, buffer_bytes: usize) -> io::Result<Self> {
+    fn with_buffer(
+        path: &Path,
+        framing: Framing,
+        count: &ReadCount,
+        buffer_bytes: usize,
+    ) -> io::Result<Self> {
         let file = count.open(path)?;
         let length = file.metadata()?.len();
-        Ok(Self { file: BufReader::with_capacity(buffer_bytes, file), at: 0, length })
+        Ok(Self { file: BufReader::with_capacity(buffer_bytes, file), at: 0, length, framing })
     }
 
     pub(super) fn length(&self) -> u64 {
@@ -99,27 +102,20 @@ impl Source {
         buffer.resize(count as usize, 0);
         self.read_at(at, buffer)
     }
-
-    /// The type and the body's length of the record at `at`.
-    pub(super) fn head_at(&mut self, at: u64) -> io::Result<(u8, u64)> {
-        let mut head = [0; HEAD_BYTES as usize];
-        self.read_at(at, &mut head)?;
-        let [opcode, length @ ..] = head;
-        Ok((opcode, u64::from_le_bytes(length)))
-    }
 }
 
 /// The records in a chunk's contents or in a summary: type, place of the body, body. Ends where a record
 /// is cut, which [`Records::rest`] says.
 #[derive(Debug)]
 pub(super) struct Records<'a> {
+    framing: Framing,
     bytes: &'a [u8],
     at: usize,
 }
 
 impl<'a> Records<'a> {
-    pub(super) fn of(bytes: &'a [u8]) -> Self {
-        Self { bytes, at: 0 }
+    pub(super) fn of(framing: Framing, bytes: &'a [u8]) -> Self {
+        Self { framing, bytes, at: 0 }
     }
 
     /// Bytes behind the last whole record.
@@ -132,12 +128,9 @@ impl<'a> Iterator for Records<'a> {
     type Item = (u8, u64, &'a [u8]);
 
     fn next(&mut self) -> Option<Self::Item> {
-        let (head, rest) = self.bytes.get(self.at..)?.split_first_chunk::<{ HEAD_BYTES as usize }>()?;
-        let [opcode, length @ ..] = *head;
-        let length = usize::try_from(u64::from_le_bytes(length)).ok()?;
-        let body = rest.get(..length)?;
-        let place = self.at + head.len();
-        self.at = place + length;
+        let (opcode, body) = self.framing.first_record(self.bytes.get(self.at..)?)?;
+        let place = self.at + self.framing.head_bytes() as usize;
+        self.at = place + body.len();
         Some((opcode, place as u64, body))
     }
 }
@@ -145,48 +138,7 @@ impl<'a> Iterator for Records<'a> {
 /// A message's record, taken apart.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct MessageRecord<'a> {
-    pub(super) channel_id: u16,
+    pub(super) channel_id: u32,
     pub(super) log_time_ns: u64,
     pub(super) data: &'a [u8],
-}
-
-/// The parts of a message's record; `None` where the body is too short for a header.
-pub(super) fn split_message(body: &[u8]) -> Option<MessageRecord<'_>> {
-    let (head, data) = body.split_first_chunk::<MESSAGE_HEAD_BYTES>()?;
-    // Number of the channel, number of the message, time of recording, time of publishing.
-    let [c0, c1, _, _, _, _, time @ ..] = head;
-    let log_time_ns = u64::from_le_bytes(*time.first_chunk()?);
-    Some(MessageRecord { channel_id: u16::from_le_bytes([*c0, *c1]), log_time_ns, data })
-}
-
-/// The fields of a record, from the first on.
-#[derive(Debug)]
-pub(super) struct Fields<'a>(pub(super) &'a [u8]);
-
-impl<'a> Fields<'a> {
-    pub(super) fn array<const N: usize>(&mut self, what: &str) -> Result<[u8; N], String> {
-        let Some((array, rest)) = self.0.split_first_chunk() else {
-            return Err(format!("{what} takes {N} bytes, the record has {} left", self.0.len()));
-        };
-        self.0 = rest;
-        Ok(*array)
-    }
-
-    pub(super) fn u16(&mut self, what: &str) -> Result<u16, String> {
-        self.array(what).map(u16::from_le_bytes)
-    }
-
-    pub(super) fn u64(&mut self, what: &str) -> Result<u64, String> {
-        self.array(what).map(u64::from_le_bytes)
-    }
-
-    /// A text behind its length, which is not believed.
-    pub(super) fn string(&mut self, what: &str) -> Result<&'a str, String> {
-        let claimed = u32::from_le_bytes(self.array(what)?);
-        let text = usize::try_from(claimed).ok().and_then(|length| self.0.split_at_checked(length));
-        let (text, rest) =
-            text.ok_or_else(|| format!("{what} claims {claimed} bytes of {}", self.0.len()))?;
-        self.0 = rest;
-        std::str::from_utf8(text).map_err(|_| format!("{what} is not text"))
-    }
 }

@@ -1,7 +1,9 @@
-//! The summary at the end of an MCAP file. The log is read without it; it helps where the data before it
+//! The summary at the end of an MCAP file, the index at that of a bag of ROS 1. The log is read without it; it helps where the data before it
 //! is damaged: a channel described only in a lost chunk, a place from which to go on.
 
-use super::records::{Fields, HEAD_BYTES, MAX_RECORD_BYTES, Records, Source};
+use super::framing::{Fields, Framing, HEAD_BYTES};
+use super::records::{MAX_RECORD_BYTES, Records, Source};
+use super::ros1;
 use mcap::records::op;
 use std::collections::BTreeSet;
 use std::io;
@@ -16,10 +18,16 @@ pub(super) struct SummaryHint {
     pub(super) descriptions: Vec<(u8, Vec<u8>)>,
     pub(super) chunks_at: BTreeSet<u64>,
     pub(super) messages: Option<u64>,
+    /// Where the index of a bag of ROS 1 begins, behind all chunks, as its first record says.
+    pub(super) index_at: Option<u64>,
+    pub(super) is_index_whole: bool,
 }
 
 /// Reads the summary; nothing where there is none, or where its checksum is wrong or missing.
 pub(super) fn read(source: &mut Source) -> io::Result<SummaryHint> {
+    if source.framing == Framing::Ros1 {
+        return ros1::read_hint(source);
+    }
     let magic = mcap::MAGIC.len() as u64;
     let Some(footer_at) = source.length().checked_sub(HEAD_BYTES + FOOTER_BYTES + magic) else {
         return Ok(SummaryHint::default());
@@ -52,7 +60,7 @@ fn footer_of(end: &[u8], footer_at: u64) -> Option<Footer<'_>> {
     if end_magic != mcap::MAGIC {
         return None;
     }
-    let (opcode, _, body) = Records::of(footer).next()?;
+    let (opcode, _, body) = Records::of(Framing::Mcap, footer).next()?;
     let mut fields = Fields(body);
     let summary_start = fields.u64("the summary's start").ok()?;
     let _offsets_start = fields.u64("the start of the summary's offsets").ok()?;
@@ -65,7 +73,7 @@ fn footer_of(end: &[u8], footer_at: u64) -> Option<Footer<'_>> {
 
 fn hint_of(summary: &[u8]) -> SummaryHint {
     let mut hint = SummaryHint::default();
-    for (opcode, _, body) in Records::of(summary) {
+    for (opcode, _, body) in Records::of(Framing::Mcap, summary) {
         match opcode {
             op::SCHEMA | op::CHANNEL => hint.descriptions.push((opcode, body.to_vec())),
             // The first of its fields.
