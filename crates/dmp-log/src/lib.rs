@@ -69,8 +69,8 @@ pub use geometry::{
     read_cloud, read_mesh,
 };
 pub use logs::{
-    BinLayout, BinLayoutError, Companions, FileRanges, LogIndex, LogOutline, MadeWith, is_of_log, open_log,
-    outline_log, survey_log,
+    BinLayout, BinLayoutError, Companions, FileRanges, LogIndex, LogOutline, MadeWith, has_bag_name,
+    is_of_log, open_log, outline_log, survey_log,
 };
 pub use messages::{McapCompression, StaticFrames};
 pub use points::{PointTime, StampAt, TimeUnit};

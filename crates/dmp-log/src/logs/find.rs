@@ -16,6 +16,12 @@ pub(crate) const ROS1_MAGIC: &[u8] = b"#ROSBAG V";
 pub(crate) const ROS1_ADVICE: &str =
     "a ROS 1 bag older than version 2.0: write it anew with `rosbag filter OLD.bag NEW.bag True`";
 
+/// Whether a file is named as a bag is (`.mcap`, `.db3`, `.bag`), whether it is there or not.
+pub fn has_bag_name(path: &Path) -> bool {
+    let extension = path.extension().unwrap_or_default();
+    ["mcap", "db3", "bag"].iter().any(|known| extension.eq_ignore_ascii_case(known))
+}
+
 pub(crate) enum Found {
     Bag(Bag),
     Folder(FoundScans),

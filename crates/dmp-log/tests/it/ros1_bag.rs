@@ -68,6 +68,13 @@ fn a_bag_cut_anywhere_keeps_the_whole_chunks_before_the_cut() {
             let place = format!("byte {}: ", bag.index_at);
             assert_says(&damage[0], &[&place, "index", "cut or damaged", "no scan is lost"]);
         }
+        // Nor where the first record has another place for it.
+        for place in [MAGIC.len(), bag.chunks[1].start, bag.chunks[1].start + 9, usize::MAX] {
+            let mut lying = bag.bytes.clone();
+            let head = bag_header(place as u64, bag.chunks.len() as u32);
+            lying[MAGIC.len()..MAGIC.len() + head.len()].copy_from_slice(&head);
+            assert_says(&file.damage(&lying, &written, true)[0], &["without an index"]);
+        }
         fs::write(&file.path, &bag.bytes[..first - 1]).unwrap();
         assert_says(
             &open_error(&file.path, &LogOptions::default()),

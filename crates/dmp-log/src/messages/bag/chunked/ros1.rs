@@ -176,7 +176,8 @@ pub(super) fn read_hint(source: &mut Source) -> io::Result<SummaryHint> {
     }
     let counts = ["conn_count", "chunk_count"].map(|name| fields.number(name));
     // 0 in a bag that was not closed.
-    let Some(index_at) = fields.place("index_pos").filter(|&at| at != 0 && at < source.length()) else {
+    let behind = head.data_at + head.data_bytes..source.length();
+    let Some(index_at) = fields.place("index_pos").filter(|at| behind.contains(at)) else {
         return Ok(hint);
     };
     hint.index_at = Some(index_at);
