@@ -224,7 +224,7 @@ fn read_head(source: &mut Source, at: u64, body_bytes: u64) -> Result<ChunkHead,
 
 /// The same of ROS 1: fields with names, and behind them the length of the data.
 fn read_ros1_head(source: &mut Source, at: u64) -> Result<ChunkHead, ChunkFault> {
-    let Some(head) = ros1::head_at(source, at)? else { return damaged("its header is cut") };
+    let Some(head) = source.ros1_head_at(at)? else { return damaged("its header is cut") };
     let fields = ros1::Fields(&head.fields);
     let packing = match fields.get("compression") {
         Some(b"none") => Packing::None,

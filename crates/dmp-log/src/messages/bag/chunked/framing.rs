@@ -1,10 +1,6 @@
 //! How bytes are records, in either format: MCAP, and bags of ROS 1.
 
-use super::message_index::{Entry, entries_of};
-use super::records::{MessageRecord, Source};
-use super::ros1;
 use mcap::records::op;
-use std::io;
 
 /// The formats of files that are records, most of them chunks of records. A record has a type, and a body that lies behind a
 /// head of always the same length: in a bag of ROS 1 the body is all of it.
@@ -33,14 +29,19 @@ pub(super) enum Kind {
 /// Bytes before the body of a record of MCAP: its type, and eight of length. No record of a bag of ROS 1 is shorter.
 pub(super) const HEAD_BYTES: u64 = 9;
 /// Bytes of the header of a message record of MCAP.
-const MESSAGE_HEAD_BYTES: usize = 22;
+pub(super) const MESSAGE_HEAD_BYTES: usize = 22;
+
+/// Types of records of ROS 1: the first one, the place of a chunk, the description of a topic.
+pub(super) const ROS1_BAG: u8 = 0x03;
+pub(super) const ROS1_CHUNK_INFO: u8 = 0x06;
+pub(super) const ROS1_CONNECTION: u8 = 0x07;
 
 impl Framing {
     /// The first bytes of a file.
     pub(in crate::messages::bag) fn magic(self) -> &'static [u8] {
         match self {
             Self::Mcap => mcap::MAGIC,
-            Self::Ros1 => ros1::MAGIC,
+            Self::Ros1 => b"#ROSBAG V2.0\n",
         }
     }
 
@@ -76,52 +77,15 @@ impl Framing {
                 op::FOOTER => Kind::Footer,
                 _ => Kind::Other,
             },
-            Self::Ros1 => ros1::kind(opcode),
+            Self::Ros1 => match opcode {
+                0x02 => Kind::Message,
+                0x04 => Kind::MessageIndex,
+                0x05 => Kind::Chunk,
+                ROS1_CONNECTION => Kind::Description,
+                ROS1_BAG | ROS1_CHUNK_INFO => Kind::Other,
+                _ => Kind::Unknown,
+            },
         }
-    }
-
-    /// Type and body of the record at the start of these bytes; `None` where they are no whole record.
-    pub(super) fn first_record(self, bytes: &[u8]) -> Option<(u8, &[u8])> {
-        if self == Self::Ros1 {
-            let record = ros1::first_record(bytes)?;
-            return Some((record.opcode(), bytes.get(..record.bytes)?));
-        }
-        let (head, rest) = bytes.split_first_chunk::<{ HEAD_BYTES as usize }>()?;
-        let [opcode, length @ ..] = *head;
-        Some((opcode, rest.get(..usize::try_from(u64::from_le_bytes(length)).ok()?)?))
-    }
-
-    /// The parts of a message's record; `None` where its header is not whole.
-    pub(super) fn split_message(self, body: &[u8]) -> Option<MessageRecord<'_>> {
-        if self == Self::Ros1 {
-            return ros1::split_message(body);
-        }
-        let (head, data) = body.split_first_chunk::<MESSAGE_HEAD_BYTES>()?;
-        // Number of the channel, number of the message, time of recording, time of publishing.
-        let [c0, c1, _, _, _, _, time @ ..] = head;
-        let log_time_ns = u64::from_le_bytes(*time.first_chunk()?);
-        Some(MessageRecord { channel_id: u16::from_le_bytes([*c0, *c1]).into(), log_time_ns, data })
-    }
-
-    /// The entries of a message index; `None` where it is not whole.
-    pub(super) fn entries_of(self, body: &[u8]) -> Option<Vec<Entry>> {
-        match self {
-            Self::Mcap => entries_of(body),
-            Self::Ros1 => ros1::entries_of(body),
-        }
-    }
-}
-
-impl Source {
-    /// The type and the body's length of the record at `at`, where [`HEAD_BYTES`] are; a type of 0 where that is no record.
-    pub(super) fn head_at(&mut self, at: u64) -> io::Result<(u8, u64)> {
-        if self.framing == Framing::Ros1 {
-            return ros1::type_at(self, at);
-        }
-        let mut head = [0; HEAD_BYTES as usize];
-        self.read_at(at, &mut head)?;
-        let [opcode, length @ ..] = head;
-        Ok((opcode, u64::from_le_bytes(length)))
     }
 }
 
@@ -155,4 +119,12 @@ impl<'a> Fields<'a> {
         self.0 = rest;
         std::str::from_utf8(text).map_err(|_| format!("{what} is not text"))
     }
+}
+
+/// A message's record, taken apart.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct MessageRecord<'a> {
+    pub(super) channel_id: u32,
+    pub(super) log_time_ns: u64,
+    pub(super) data: &'a [u8],
 }

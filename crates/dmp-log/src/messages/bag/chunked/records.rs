@@ -1,6 +1,8 @@
 //! Files of records: where one is, read at any place, and the records in a chunk.
 
-use super::framing::Framing;
+use super::framing::{Framing, HEAD_BYTES, MESSAGE_HEAD_BYTES, MessageRecord};
+use super::message_index::{Entry, entries_of};
+use super::ros1;
 use crate::file::{CountedFile, ReadCount};
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
@@ -34,6 +36,9 @@ impl Record {
 
 /// Largest chunk, message or summary that is read, uncompressed.
 pub(super) const MAX_RECORD_BYTES: u64 = crate::messages::bag::basics::MAX_MESSAGE_BYTES;
+
+/// Largest header of ROS 1 that is read. The longest field is the name of a topic.
+const MAX_HEADER_BYTES: u64 = 1 << 16;
 
 /// Bytes read at once of a file that is read from start to end.
 const STREAM_BYTES: usize = 1 << 16;
@@ -135,10 +140,78 @@ impl<'a> Iterator for Records<'a> {
     }
 }
 
-/// A message's record, taken apart.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct MessageRecord<'a> {
-    pub(super) channel_id: u32,
-    pub(super) log_time_ns: u64,
-    pub(super) data: &'a [u8],
+impl Framing {
+    /// Type and body of the record at the start of these bytes; `None` where they are no whole record.
+    pub(super) fn first_record(self, bytes: &[u8]) -> Option<(u8, &[u8])> {
+        if self == Self::Ros1 {
+            let record = ros1::first_record(bytes)?;
+            return Some((record.opcode(), bytes.get(..record.bytes)?));
+        }
+        let (head, rest) = bytes.split_first_chunk::<{ HEAD_BYTES as usize }>()?;
+        let [opcode, length @ ..] = *head;
+        Some((opcode, rest.get(..usize::try_from(u64::from_le_bytes(length)).ok()?)?))
+    }
+
+    /// The parts of a message's record; `None` where its header is not whole.
+    pub(super) fn split_message(self, body: &[u8]) -> Option<MessageRecord<'_>> {
+        if self == Self::Ros1 {
+            return ros1::split_message(body);
+        }
+        let (head, data) = body.split_first_chunk::<MESSAGE_HEAD_BYTES>()?;
+        // Number of the channel, number of the message, time of recording, time of publishing.
+        let [c0, c1, _, _, _, _, time @ ..] = head;
+        let log_time_ns = u64::from_le_bytes(*time.first_chunk()?);
+        Some(MessageRecord { channel_id: u16::from_le_bytes([*c0, *c1]).into(), log_time_ns, data })
+    }
+
+    /// The entries of a message index; `None` where it is not whole.
+    pub(super) fn entries_of(self, body: &[u8]) -> Option<Vec<Entry>> {
+        match self {
+            Self::Mcap => entries_of(body),
+            Self::Ros1 => ros1::entries_of(body),
+        }
+    }
+}
+
+/// What is in front of a record's data.
+#[derive(Debug)]
+pub(super) struct Ros1Head {
+    pub(super) fields: Vec<u8>,
+    pub(super) data_at: u64,
+    pub(super) data_bytes: u64,
+}
+
+impl Source {
+    /// The type and the body's length of the record at `at`, where [`HEAD_BYTES`] are; a type of 0 where that is no record.
+    pub(super) fn head_at(&mut self, at: u64) -> io::Result<(u8, u64)> {
+        if self.framing == Framing::Ros1 {
+            let head = self.ros1_head_at(at)?;
+            let bytes_of = |head: &Ros1Head| head.data_at - at + head.data_bytes;
+            return Ok(head.map_or((0, 0), |head| (ros1::Fields(&head.fields).opcode(), bytes_of(&head))));
+        }
+        let mut head = [0; HEAD_BYTES as usize];
+        self.read_at(at, &mut head)?;
+        let [opcode, length @ ..] = head;
+        Ok((opcode, u64::from_le_bytes(length)))
+    }
+
+    /// What is in front of the data of the record of ROS 1 at `at`; `None` where that is none, or the file ends in it.
+    pub(super) fn ros1_head_at(&mut self, at: u64) -> io::Result<Option<Ros1Head>> {
+        let mut length = |at: u64| -> io::Result<Option<u64>> {
+            if self.length().saturating_sub(at) < 4 {
+                return Ok(None);
+            }
+            let mut length = [0; 4];
+            self.read_at(at, &mut length)?;
+            Ok(Some(u32::from_le_bytes(length).into()))
+        };
+        let Some(header_bytes) = length(at)?.filter(|&bytes| bytes <= MAX_HEADER_BYTES) else {
+            return Ok(None);
+        };
+        let data_at = at + 8 + header_bytes;
+        let Some(data_bytes) = length(data_at - 4)? else { return Ok(None) };
+        let mut fields = Vec::new();
+        self.read_into(at + 4, header_bytes, &mut fields)?;
+        Ok(Some(Ros1Head { fields, data_at, data_bytes }))
+    }
 }

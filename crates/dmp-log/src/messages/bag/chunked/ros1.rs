@@ -3,31 +3,8 @@
 //! Chunks come first, each with an index of its messages behind it, then the descriptions of all topics and where the chunks
 //! are. Layout: <http://wiki.ros.org/Bags/Format/2.0>.
 
-use super::framing::Kind;
+use super::framing::MessageRecord;
 use super::message_index::Entry;
-use super::records::{MAX_RECORD_BYTES, MessageRecord, Records, Source};
-use super::summary_hint::SummaryHint;
-use std::io;
-
-/// The first bytes of a bag.
-pub(super) const MAGIC: &[u8] = b"#ROSBAG V2.0\n";
-/// Largest header that is read. The longest field is the name of a topic.
-const MAX_HEADER_BYTES: u64 = 1 << 16;
-
-const BAG: u8 = 0x03;
-const CHUNK_INFO: u8 = 0x06;
-const CONNECTION: u8 = 0x07;
-
-pub(super) fn kind(opcode: u8) -> Kind {
-    match opcode {
-        0x02 => Kind::Message,
-        0x04 => Kind::MessageIndex,
-        0x05 => Kind::Chunk,
-        CONNECTION => Kind::Description,
-        BAG | CHUNK_INFO => Kind::Other,
-        _ => Kind::Unknown,
-    }
-}
 
 /// Fields of the form `name=value`, each behind its length.
 #[derive(Debug, Clone, Copy)]
@@ -54,7 +31,7 @@ impl<'a> Fields<'a> {
         self.array(name).map(u32::from_le_bytes)
     }
 
-    fn place(self, name: &str) -> Option<u64> {
+    pub(super) fn place(self, name: &str) -> Option<u64> {
         self.array(name).map(u64::from_le_bytes)
     }
 
@@ -63,7 +40,7 @@ impl<'a> Fields<'a> {
         std::str::from_utf8(value).map_err(|_| format!("the `{name}` of a connection is not text"))
     }
 
-    fn opcode(self) -> u8 {
+    pub(super) fn opcode(self) -> u8 {
         self.array("op").map_or(0, |[opcode]| opcode)
     }
 }
@@ -71,8 +48,8 @@ impl<'a> Fields<'a> {
 /// A record taken apart.
 #[derive(Debug)]
 pub(super) struct Record<'a> {
-    fields: Fields<'a>,
-    data: &'a [u8],
+    pub(super) fields: Fields<'a>,
+    pub(super) data: &'a [u8],
     pub(super) bytes: usize,
 }
 
@@ -124,87 +101,9 @@ pub(super) fn entries_of(body: &[u8]) -> Option<Vec<Entry>> {
     is_whole.then(|| entries.iter().map(entry).collect())?
 }
 
-/// What is in front of a record's data.
-#[derive(Debug)]
-pub(super) struct Head {
-    pub(super) fields: Vec<u8>,
-    pub(super) data_at: u64,
-    pub(super) data_bytes: u64,
-}
-
-/// The head of the record at `at`; `None` where that is none, or the file ends in it.
-pub(super) fn head_at(source: &mut Source, at: u64) -> io::Result<Option<Head>> {
-    let mut length = |at: u64| -> io::Result<Option<u64>> {
-        if source.length().saturating_sub(at) < 4 {
-            return Ok(None);
-        }
-        let mut length = [0; 4];
-        source.read_at(at, &mut length)?;
-        Ok(Some(u32::from_le_bytes(length).into()))
-    };
-    let Some(header_bytes) = length(at)?.filter(|&bytes| bytes <= MAX_HEADER_BYTES) else { return Ok(None) };
-    let data_at = at + 8 + header_bytes;
-    let Some(data_bytes) = length(data_at - 4)? else { return Ok(None) };
-    let mut fields = Vec::new();
-    source.read_into(at + 4, header_bytes, &mut fields)?;
-    Ok(Some(Head { fields, data_at, data_bytes }))
-}
-
-/// Type and bytes of the record at `at`; a type of 0 where that is none.
-pub(super) fn type_at(source: &mut Source, at: u64) -> io::Result<(u8, u64)> {
-    let head = head_at(source, at)?;
-    Ok(head.map_or((0, 0), |head| (Fields(&head.fields).opcode(), head.data_at - at + head.data_bytes)))
-}
-
 /// Number, topic and type of a connection, which is a channel.
 pub(super) fn connection(body: &[u8]) -> Result<(u32, &str, &str), String> {
     let Record { fields, data, .. } = first_record(body).ok_or("a connection is cut")?;
     let number = fields.number("conn").ok_or("a connection has no number")?;
     Ok((number, fields.text("topic")?, Fields(data).text("type")?))
-}
-
-/// Reads the index at the end of the bag: nothing of it is used where it is not whole.
-pub(super) fn read_hint(source: &mut Source) -> io::Result<SummaryHint> {
-    let mut hint = SummaryHint::default();
-    let Some(head) = head_at(source, MAGIC.len() as u64)? else { return Ok(hint) };
-    let fields = Fields(&head.fields);
-    if fields.opcode() != BAG {
-        return Ok(hint);
-    }
-    if fields.get("encryptor").is_some_and(|name| !name.is_empty()) {
-        return Err(io::Error::other("as a ROS 1 bag: it is encrypted: decrypt it with `rosbag decrypt`"));
-    }
-    let counts = ["conn_count", "chunk_count"].map(|name| fields.number(name));
-    // 0 in a bag that was not closed.
-    let behind = head.data_at + head.data_bytes..source.length();
-    let Some(index_at) = fields.place("index_pos").filter(|at| behind.contains(at)) else {
-        return Ok(hint);
-    };
-    hint.index_at = Some(index_at);
-    let index_bytes = source.length() - index_at;
-    if index_bytes > MAX_RECORD_BYTES {
-        return Ok(hint);
-    }
-    let mut index = Vec::new();
-    source.read_into(index_at, index_bytes, &mut index)?;
-    let mut records = Records::of(source.framing, &index);
-    let (mut connections, mut chunks, mut messages) = (0, 0, 0);
-    let mut found = SummaryHint { index_at: hint.index_at, is_index_whole: true, ..SummaryHint::default() };
-    for (opcode, _, body) in &mut records {
-        let Some(Record { fields, data, .. }) = first_record(body) else { return Ok(hint) };
-        if opcode == CONNECTION {
-            connections += 1;
-            found.descriptions.push((opcode, body.to_vec()));
-            continue;
-        }
-        let (CHUNK_INFO, Some(at)) = (opcode, fields.place("chunk_pos")) else { return Ok(hint) };
-        chunks += 1;
-        found.chunks_at.insert(at);
-        // Number of the connection, and how many messages it has in the chunk.
-        let (counts, _) = data.as_chunks::<8>();
-        messages += counts.iter().map(|count| u64::from_le_bytes(*count) >> 32).sum::<u64>();
-    }
-    found.messages = Some(messages);
-    let is_whole = records.rest() == 0 && counts == [Some(connections), Some(chunks)];
-    Ok(if is_whole { found } else { hint })
 }
