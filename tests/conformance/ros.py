@@ -6,6 +6,7 @@ import numpy as np
 from mcap.writer import CompressionType, IndexType, Writer as McapWriter
 from mcap_ros2._dynamic import serialize_dynamic
 from rosbags.interfaces import Nodetype
+from rosbags.rosbag1 import Writer as Ros1Writer
 from rosbags.rosbag2 import StoragePlugin, Writer as BagWriter
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
@@ -20,6 +21,10 @@ CUSTOM = "livox_ros_driver2/msg/CustomMsg"
 STORE = get_typestore(Stores.ROS2_HUMBLE)
 STORE.register(get_types_from_msg(CUSTOM_POINT, "livox_ros_driver2/msg/CustomPoint")
                | get_types_from_msg(CUSTOM_MSG, CUSTOM))
+ROS1_STORE = get_typestore(Stores.ROS1_NOETIC)
+ROS1_STORE.register(get_types_from_msg(CUSTOM_POINT, "livox_ros_driver2/msg/CustomPoint")
+                    | get_types_from_msg(CUSTOM_MSG, CUSTOM)
+                    | get_types_from_msg("geometry_msgs/TransformStamped[] transforms\n", "tf2_msgs/msg/TFMessage"))
 
 
 def stamp(ns):
@@ -51,12 +56,12 @@ def transform(ns, parent, child, values):
                           "rotation": dict(zip("xyzw", map(float, values[3:])))}}
 
 
-def as_rosbags(kind, value):
-    """The dictionary as the dataclass that rosbags wants."""
+def as_rosbags(kind, value, store=STORE):
+    """The dictionary as the dataclass that rosbags wants. A header of ROS 1 has a number, too, which nothing here has."""
     def convert(description, entry):
         node, argument = description
         if node == Nodetype.NAME:
-            return as_rosbags(argument, entry)
+            return as_rosbags(argument, entry, store)
         if node == Nodetype.BASE:
             return entry
         inner = argument[0]
@@ -65,8 +70,9 @@ def as_rosbags(kind, value):
             return np.frombuffer(entry, np.uint8) if isinstance(entry, bytes) else np.array(entry, dtype=name)
         return [convert(inner, one) for one in entry]
 
-    _, fields = STORE.fielddefs[kind]
-    return STORE.types[kind](**{name: convert(description, value[name]) for name, description in fields})
+    _, fields = store.fielddefs[kind]
+    value = {"seq": 7, **value}
+    return store.types[kind](**{name: convert(description, value[name]) for name, description in fields})
 
 
 def write_mcap(path, log, **options):
@@ -106,6 +112,22 @@ def write_rosbags_mcap(path, log, scratch, **options):
     folder = Path(scratch) / path.stem
     write_bag(folder, log, StoragePlugin.MCAP, **options)
     path.write_bytes((folder / f"{path.stem}.mcap").read_bytes())
+
+
+def write_ros1(path, log, compression=None, chunk_bytes=1500):
+    """A bag of ROS 1 by rosbags; `compression` is None, "BZ2" or "LZ4"."""
+    path.unlink(missing_ok=True)
+    writer = Ros1Writer(path)
+    writer.chunk_threshold = chunk_bytes
+    if compression:
+        writer.set_compression(Ros1Writer.CompressionFormat[compression])
+    with writer:
+        connections = {}
+        for topic, kind, log_ns, message in log:
+            if topic not in connections:
+                connections[topic] = writer.add_connection(topic, kind, typestore=ROS1_STORE)
+            data = ROS1_STORE.serialize_ros1(as_rosbags(kind, message, ROS1_STORE), kind)
+            writer.write(connections[topic], log_ns, data)
 
 
 NO_SUMMARY = {"index_types": IndexType.NONE, "repeat_channels": False, "repeat_schemas": False,

@@ -112,7 +112,7 @@ pub enum LogError {
         other_count: u64,
     },
     /// There is no topic with scans that can be read.
-    #[error("{}: no topic with sensor_msgs/msg/PointCloud2 in CDR; the log has {topics}", path.display())]
+    #[error("{}: no topic with sensor_msgs/PointCloud2 or Livox CustomMsg; the log has {topics}", path.display())]
     NoCloudTopic {
         /// The log.
         path: PathBuf,

@@ -15,7 +15,7 @@
 //!
 //! | what | formats |
 //! |---|---|
-//! | scan log | MCAP and rosbag2 with `sensor_msgs/msg/PointCloud2` or Livox `CustomMsg`; a folder with one scan a file: KITTI `.bin` (with `times/*.f32`), PCD, PLY, LAS or LAZ, with stamps in a `times.txt`, a `timestamps.txt` or the file names; one LAS or LAZ in world coordinates with `gps_time`, and the trajectory it was made with; a folder of depth images (16-bit PNG): TUM RGB-D, ICL-NUIM, Redwood, with a `camera.json` |
+//! | scan log | MCAP, rosbag2 and bags of ROS 1 with `sensor_msgs/msg/PointCloud2` or Livox `CustomMsg`; a folder with one scan a file: KITTI `.bin` (with `times/*.f32`), PCD, PLY, LAS or LAZ, with stamps in a `times.txt`, a `timestamps.txt` or the file names; one LAS or LAZ in world coordinates with `gps_time`, and the trajectory it was made with; a folder of depth images (16-bit PNG): TUM RGB-D, ICL-NUIM, Redwood, with a `camera.json` |
 //! | trajectory | TUM; KITTI rows and `.npy`, with `times.txt`; EuRoC csv; vertices of g2o graphs; Redwood `.log`; csv whose columns have names |
 //! | pose graph, loop candidates | g2o, in space |
 //! | labels of loop candidates, times of vertices | lines of text |
@@ -69,8 +69,8 @@ pub use geometry::{
     OrientedPoint, is_mesh, read_cloud, read_mesh,
 };
 pub use logs::{
-    BinLayout, BinLayoutError, Companions, FileRanges, LogIndex, LogOutline, MadeWith, is_of_log, open_log,
-    outline_log, survey_log,
+    BinLayout, BinLayoutError, Companions, FileRanges, LogIndex, LogOutline, MadeWith, has_bag_name,
+    is_of_log, open_log, outline_log, survey_log,
 };
 pub use messages::{McapCompression, StaticFrames};
 pub use points::{PointTime, StampAt, TimeUnit};

@@ -7,6 +7,7 @@ use dmp_sensor::{Isometry3, Point3, Scan, Track};
 use serde_json::Value;
 
 use crate::common::{done, ends, has, json, open, refused, sample, text, trajectory, workspace, write};
+use crate::ros1;
 
 /// The table that rosbag2 writes, as far as a reader needs it.
 const SCHEMA: &str = "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT NOT NULL, type TEXT NOT NULL, \
@@ -149,8 +150,19 @@ fn the_same_town_in_every_format_gives_the_same_scores() {
     for (output, options) in conversions {
         done(at, &format!("convert log @/town.mcap -o {output} {options}"));
     }
+    let log = open(&sample("town.mcap"));
+    let mut reader = log.reader().unwrap();
+    let mut read = |frame| {
+        let mut scan = Scan::default();
+        reader.read(frame, &mut scan).unwrap();
+        scan
+    };
+    let town: Vec<Scan> = (0..log.frames().len()).map(&mut read).collect();
+    for packing in ros1::ALL {
+        fs::write(at.join(format!("{packing}.bag")), ros1::Bag::new(&town, packing).bytes).unwrap();
+    }
     let expected = scores(at, "@/town.mcap");
-    for exact in ["bag", "lz4.mcap", "pcd"] {
+    for exact in ["bag", "lz4.mcap", "pcd", "none.bag", "lz4.bag", "bz2.bag"] {
         assert_eq!(scores(at, exact), expected, "{exact}");
     }
     let laz = scores(at, "laz");
@@ -162,6 +174,29 @@ fn the_same_town_in_every_format_gives_the_same_scores() {
         for part in ["runs", "pairs"] {
             let off = largest_difference(&found[part], &expected[part], part);
             assert!(off < most, "{name}: {part} differ by {off}");
+        }
+    }
+}
+
+/// The log and the poses of bags that other software wrote, against the same messages in MCAP: topics of the log and of another
+/// bag, a chain of frames, the extrinsic.
+#[test]
+fn bags_of_other_software_give_the_scores_of_the_same_log_in_mcap() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    fs::copy(conformance("mcap/poses.mcap"), at.join("log.mcap")).unwrap();
+    let score = |log: &str, poses: &str| {
+        let mut report =
+            json(at, &format!("score {log} -t run={poses}:/odom -t tf={poses}:/tf:odom:lidar --trust"));
+        assert!(report["inputs"]["scans_used"].as_u64() >= Some(4), "{report}");
+        ["runs", "order", "pairs"].map(|part| report[part].take())
+    };
+    let expected = score("log.mcap", "log.mcap");
+    for packing in ros1::ALL {
+        let bag = format!("{packing}.bag");
+        fs::copy(conformance(&format!("rosbag1/poses_{bag}")), at.join(&bag)).unwrap();
+        for (log, poses) in [(bag.as_str(), bag.as_str()), ("log.mcap", &bag), (&bag, "log.mcap")] {
+            assert_eq!(score(log, poses), expected, "{log} {poses}");
         }
     }
 }
@@ -197,7 +232,7 @@ fn converted_scans_keep_their_stamps() {
 }
 
 /// A bag is a bag whatever maps lie beside it, points of 20 bytes are not read as points of 16, a world's tiles are no scans, and
-/// the error for a ROS 1 bag says how it becomes readable.
+/// the error for an old ROS 1 bag says how it becomes readable.
 #[test]
 fn files_that_look_like_something_else_are_named() {
     let folder = tempfile::tempdir().unwrap();
@@ -217,13 +252,13 @@ fn files_that_look_like_something_else_are_named() {
     for (number, points) in [5_usize, 6, 7, 9].into_iter().enumerate() {
         fs::write(path.join(format!("bins/{number:06}.bin")), vec![0; 20 * points]).unwrap();
     }
-    write(path, "a.bag", "#ROSBAG V2.0\n");
+    write(path, "a.bag", "#ROSBAG V1.2\n");
     for (arguments, words) in [
         ("info bag/metadata.yaml", ["name the folder", ""]),
         ("info tiles", ["world coordinates", "--made-with"]),
         ("info bins", ["4 of 4 files", "16 bytes"]),
-        ("info a.bag", ["mcap convert", ""]),
-        ("score @/town.mcap -t a.bag", ["mcap convert", ""]),
+        ("info a.bag", ["version 2.0", "rosbag filter"]),
+        ("score @/town.mcap -t a.bag", ["version 2.0", "rosbag filter"]),
     ] {
         refused(path, arguments, 1, &words);
     }

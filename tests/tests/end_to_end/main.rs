@@ -47,6 +47,9 @@ mod repair;
 mod report;
 mod residuals;
 mod resume;
+#[path = "../../../crates/dmp-log/tests/it/ros1.rs"]
+#[allow(dead_code, reason = "the tests of the reader use more of it")]
+mod ros1;
 mod sampling;
 mod scene;
 mod shard;

@@ -127,6 +127,17 @@ const ROWS: &[Row] = &[
             "convert log log.db3 -o out --to pcd => info out",
         ],
     ),
+    Row::new("ROS 1 bag", "@rosbag1/*.bag", "{}=log.bag:", &["info log.bag --json", "info log.bag"]),
+    Row::new(
+        "ROS 1 bag",
+        "@rosbag1/poses*.bag",
+        "{}=log.bag:",
+        &[
+            "score log.bag -t topic:/odom --json --quiet",
+            "info log.bag -t topic:/tf --json",
+            "convert log log.bag -o out.mcap => info out.mcap",
+        ],
+    ),
     folder("folder of .bin", "bin"),
     folder("folder of .pcd", "pcd"),
     folder("folder of .ply", "ply"),

@@ -106,7 +106,7 @@ fn form(name: &str) -> Form {
         "json" => Form::Json,
         "png" => Form::Png,
         "dmpmap" => Form::Store,
-        "bin" | "f32" => Form::Bytes,
+        "bag" | "bin" | "f32" => Form::Bytes,
         _ => Form::Text,
     }
 }

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use dmp::{MapSource, PosesAs, Run, RunSource};
 use dmp_log::{
-    LogOutline, LogSummary, PoseTopic, ScanLog, TimeUnit, TrajectoryFormat, is_bag, read_topic_trajectory,
-    read_trajectory, read_trajectory_as,
+    LogOutline, LogSummary, PoseTopic, ScanLog, TimeUnit, TrajectoryFormat, has_bag_name, is_bag,
+    read_topic_trajectory, read_trajectory, read_trajectory_as,
 };
 use dmp_sensor::Trajectory;
 
@@ -172,8 +172,7 @@ fn topic_of(path: &Path) -> anyhow::Result<Option<(Option<PathBuf>, PoseTopic)>>
     }
     for (at, _) in text.match_indices(":/") {
         let bag = Path::new(&text[..at]);
-        let named_so = bag.extension().is_some_and(|extension| extension == "mcap" || extension == "db3");
-        if named_so || bag.exists() {
+        if has_bag_name(bag) || bag.exists() {
             return Ok(Some((Some(bag.to_owned()), parse_topic(&text[at + 1..])?)));
         }
     }
@@ -318,7 +317,9 @@ mod tests {
         let of = |text: &str| topic_of(Path::new(text)).unwrap();
         assert_eq!(of("topic:/odom"), Some((None, topic("/odom", None, None))));
         assert_eq!(of("topic:/tf:map:lidar"), Some((None, topic("/tf", Some("map"), Some("lidar")))));
-        assert_eq!(of("none/a.mcap:/odom"), Some((Some("none/a.mcap".into()), topic("/odom", None, None))));
+        for bag in ["none/a.mcap", "none/a.bag"] {
+            assert_eq!(of(&format!("{bag}:/odom")), Some((Some(bag.into()), topic("/odom", None, None))));
+        }
         let bag = env!("CARGO_MANIFEST_DIR");
         assert_eq!(of(&format!("{bag}:/tf:map")), Some((Some(bag.into()), topic("/tf", Some("map"), None))));
         assert_eq!(of(bag), Some((Some(bag.into()), PoseTopic::default())));

@@ -37,6 +37,10 @@ pub(crate) struct DamageList {
 }
 
 impl DamageList {
+    pub(crate) fn is_empty(&self) -> bool {
+        self.named.is_empty()
+    }
+
     pub(crate) fn push(&mut self, damage: Damage) {
         if self.named.len() < MOST_NAMED {
             self.named.push(damage);

@@ -11,8 +11,21 @@ const SINGLE: [&str; 3] = ["calib.txt", "camera.json", "metadata.yaml"];
 /// What `SQLite` keeps beside a database and reads with it.
 const OF_DATABASES: [&str; 3] = ["-journal", "-wal", "-shm"];
 /// Extensions of the files that a folder is read by.
-const EXTENSIONS: [&str; 12] =
-    ["bin", "pcd", "ply", "las", "laz", "mcap", "db3", "db3-journal", "db3-wal", "db3-shm", "png", "f32"];
+const EXTENSIONS: [&str; 13] = [
+    "bag",
+    "bin",
+    "pcd",
+    "ply",
+    "las",
+    "laz",
+    "mcap",
+    "db3",
+    "db3-journal",
+    "db3-wal",
+    "db3-shm",
+    "png",
+    "f32",
+];
 
 /// What the readers look for beside an input and in it, whether it is there or not. Rather too much than too little: for
 /// who must not write there.

@@ -8,13 +8,19 @@ use crate::{LogError, LogOptions, LogSetting};
 use std::fs;
 use std::path::Path;
 
-const LOOKED_FOR: &str = "looked for an MCAP file, a rosbag2 file or folder, a LAS or LAZ file, or a folder with one scan a file (.bin, \
+const LOOKED_FOR: &str = "looked for an MCAP file, a rosbag2 file or folder, a ROS 1 bag, a LAS or LAZ file, or a folder with one scan a file (.bin, \
                           .pcd, .ply, .las, .laz) or depth images (depth.txt, depth/*.png)";
 
-/// The first bytes of a ROS 1 bag, and what to do with it.
+/// The first bytes of a ROS 1 bag of any version, and what to do with an old one.
 pub(crate) const ROS1_MAGIC: &[u8] = b"#ROSBAG V";
 pub(crate) const ROS1_ADVICE: &str =
-    "a ROS 1 bag: convert it with `mcap convert IN.bag OUT.mcap`, which is read as it is";
+    "a ROS 1 bag older than version 2.0: write it anew with `rosbag filter OLD.bag NEW.bag True`";
+
+/// Whether a file is named as a bag is (`.mcap`, `.db3`, `.bag`), whether it is there or not.
+pub fn has_bag_name(path: &Path) -> bool {
+    let extension = path.extension().unwrap_or_default();
+    ["mcap", "db3", "bag"].iter().any(|known| extension.eq_ignore_ascii_case(known))
+}
 
 pub(crate) enum Found {
     Bag(Bag),

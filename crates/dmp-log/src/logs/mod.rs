@@ -12,6 +12,7 @@ mod scan_folder;
 
 pub use companions::{Companions, is_of_log};
 pub(crate) use depth_folder::is_scale;
+pub use find::has_bag_name;
 pub(crate) use find::{ROS1_ADVICE, ROS1_MAGIC, bag_at};
 pub use las_log::MadeWith;
 pub use log_index::{FileRanges, LogIndex};

@@ -21,6 +21,8 @@ pub enum LogFormat {
     Rosbag2Mcap,
     /// A rosbag2 `SQLite` file, or a folder with them.
     Rosbag2Sqlite,
+    /// A bag of ROS 1.
+    Rosbag1,
     /// A folder of files with float32 x, y, z, intensity.
     BinFolder,
     /// A folder of PCD files.
@@ -48,6 +50,7 @@ impl LogFormat {
             Self::Mcap => "MCAP",
             Self::Rosbag2Mcap => "rosbag2 (MCAP)",
             Self::Rosbag2Sqlite => "rosbag2 (SQLite)",
+            Self::Rosbag1 => "ROS 1 bag",
             Self::BinFolder => "folder of KITTI .bin scans",
             Self::PcdFolder => "folder of PCD scans",
             Self::PlyFolder => "folder of PLY scans",
@@ -66,7 +69,7 @@ impl LogFormat {
             Self::Mcap | Self::Rosbag2Mcap
             // Chunks of a PNG have them; what is in memory has not been on a disk.
             | Self::TumRgbd | Self::IclNuim | Self::DepthFolder | Self::Memory => true,
-            Self::Rosbag2Sqlite | Self::BinFolder | Self::PcdFolder | Self::PlyFolder | Self::LasFolder | Self::Las => false,
+            Self::Rosbag2Sqlite | Self::Rosbag1 | Self::BinFolder | Self::PcdFolder | Self::PlyFolder | Self::LasFolder | Self::Las => false,
         }
     }
 }

@@ -2,6 +2,7 @@
 //! what the JSON means. The folders are listed, so a new file there is tested without a word here.
 
 use crate::common::read_all;
+use crate::ros1::ALL;
 use dmp_log::{
     LengthUnit, LogError, LogOptions, PoseTopic, open_log, read_cloud, read_mesh, read_pose_graph,
     read_topic_trajectory, read_trajectory,
@@ -77,7 +78,7 @@ fn assert_all_named(name: &str) {
 
 #[test]
 fn no_file_of_other_software_is_left_out() {
-    for name in ["mcap", "rosbag2", "clouds", "trajectories"] {
+    for name in ["mcap", "rosbag1", "rosbag2", "clouds", "trajectories"] {
         assert_all_named(name);
     }
 }
@@ -117,9 +118,11 @@ fn assert_log(path: &Path, topics: &[Value]) {
 
 #[test]
 fn logs_of_other_software_are_read() {
-    for (_, json) in expectations("mcap") {
-        for file in names(&json, "files") {
-            assert_log(&folder("mcap").join(file), list(&json, "topics"));
+    for kind in ["mcap", "rosbag1"] {
+        for (_, json) in expectations(kind) {
+            for file in names(&json, "files") {
+                assert_log(&folder(kind).join(file), list(&json, "topics"));
+            }
         }
     }
 }
@@ -289,7 +292,8 @@ fn assert_poses(poses: &[Isometry3<f64>], wanted: &[Value], [place, turn]: [f64;
 #[test]
 fn topics_with_poses_of_other_software_are_read_and_frames_are_chained() {
     let (_, json) = expectations("mcap").into_iter().find(|(name, _)| name == "poses").unwrap();
-    for file in names(&json, "files") {
+    let bags = ALL.map(|packing| format!("../rosbag1/poses_{packing}.bag"));
+    for file in names(&json, "files").chain(bags.iter().map(String::as_str)) {
         let path = folder("mcap").join(file);
         let read = |topic: &str, world: Option<&str>, body: Option<&str>| {
             let [topic, world, body] = [Some(topic), world, body].map(|name| name.map(str::to_owned));

@@ -26,6 +26,8 @@ mod point_time;
 mod pose_graph;
 mod real_data;
 mod residuals;
+pub(crate) mod ros1;
+mod ros1_bag;
 mod round_trip;
 pub(crate) mod scan_folder;
 mod scan_folder_rows;

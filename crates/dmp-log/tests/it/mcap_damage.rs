@@ -14,27 +14,32 @@ use std::path::{Path, PathBuf};
 const ALL: [McapCompression; 3] = [McapCompression::Zstd, McapCompression::Lz4, McapCompression::None];
 
 /// A file in a folder of its own, with two or three scans a chunk.
-struct File {
+pub(crate) struct File {
     _folder: tempfile::TempDir,
-    path: PathBuf,
+    pub(crate) path: PathBuf,
     bytes: Vec<u8>,
     written: Vec<Scan>,
 }
 
 impl File {
     fn new(count: usize, compression: McapCompression) -> Self {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("log.mcap");
         let written = scans(count, 300, true);
-        write_mcap(&path, &written, compression);
-        let bytes = fs::read(&path).unwrap();
+        let mut file = Self::with("log.mcap", Vec::new(), written);
+        write_mcap(&file.path, &file.written, compression);
+        file.bytes = fs::read(&file.path).unwrap();
+        file
+    }
+
+    pub(crate) fn with(name: &str, bytes: Vec<u8>, written: Vec<Scan>) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(name);
         Self { _folder: folder, path, bytes, written }
     }
 
     /// The damage once the file has these bytes, and `kept` of its scans are read: by the whole log, in threads, and,
     /// where `by_index`, by the index.
     #[track_caller]
-    fn damage(&self, bytes: &[u8], kept: &[Scan], by_index: bool) -> Vec<String> {
+    pub(crate) fn damage(&self, bytes: &[u8], kept: &[Scan], by_index: bool) -> Vec<String> {
         fs::write(&self.path, bytes).unwrap();
         let (found, damage) = in_threads(|| {
             let log = open(&self.path);

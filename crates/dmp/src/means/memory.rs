@@ -71,7 +71,8 @@ impl Budget {
         let group = |frames: std::ops::Range<usize>| -> u64 {
             log.frames()[frames].iter().map(|frame| frame.returns).sum()
         };
-        let in_chunks = matches!(log.summary().format, LogFormat::Mcap | LogFormat::Rosbag2Mcap);
+        let formats = [LogFormat::Mcap, LogFormat::Rosbag2Mcap, LogFormat::Rosbag1];
+        let in_chunks = formats.contains(&log.summary().format);
         let largest_read = if in_chunks {
             log.groups().into_iter().map(group).max().unwrap_or(0) as usize
         } else {

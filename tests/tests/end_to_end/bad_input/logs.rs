@@ -12,6 +12,7 @@ use super::Town;
 use super::raw::{Cloud, bag, bag_of_records, message_record, records_of, zstd_chunk, zstd_zeros};
 use super::table::Row;
 use crate::common::{dmp_command, open, real_data, text, workspace};
+use crate::ros1::Bag;
 
 pub(super) const ROWS: &[Row] = &[
     Row {
@@ -19,6 +20,8 @@ pub(super) const ROWS: &[Row] = &[
         made: |town| {
             let (whole, records) = sample();
             town.write("half.mcap", &whole[..whole.len() / 2]);
+            let bag = Bag::new(&town.scans, "lz4").bytes;
+            town.write("half.bag", &bag[..bag.len() / 2]);
             let &(end, _, length) = records.iter().find(|record| record.1 == 15).unwrap();
             town.write("no_summary.mcap", &whole[..end + 9 + length as usize]);
             let chunks: Vec<usize> = records.iter().filter(|record| record.1 == 6).map(|record| record.0).collect();
@@ -36,6 +39,7 @@ pub(super) const ROWS: &[Row] = &[
         lines: "
             score half.mcap -t @/truth.tum => 3 scans_used in 20..80; damage: byte; warnings: lost from the log
             score half.mcap -t @/truth.tum => 3 prints: lost from the log
+            score half.bag -t truth.tum --voxel 0.5 => 3 damage: byte | the tail is lost; warnings: lost from the log
             score no_summary.mcap -t @/truth.tum => 3 damage: no scan is lost; as score @/town.mcap -t @/truth.tum",
     },
     Row {

@@ -8,6 +8,7 @@ use anyhow::Context as _;
 use dmp::{Config, EvaluateError, MapSource, fuse_maps, map_of_cloud};
 use dmp_disk::{OutputFile, Unfinished, WorkFolder, folder_of, is_own_folder};
 use dmp_draw::text;
+use dmp_log::has_bag_name;
 use dmp_map::Store;
 
 use crate::console::{Common, Exit, Progress, Usage, one_line, say};
@@ -71,7 +72,7 @@ fn from_log(
 }
 
 fn from_cloud(cloud: &Path, output: &Path, config: &Config, common: &Common) -> anyhow::Result<Store> {
-    if cloud.is_dir() || cloud.extension().is_some_and(|e| e == "mcap" || e == "db3") {
+    if cloud.is_dir() || has_bag_name(cloud) {
         let problem = "it looks like a log: a map of it needs its trajectory, -t RUN.tum";
         return Err(Usage(format!("{}: {problem}", cloud.display())).into());
     }

@@ -6,6 +6,7 @@ mod index;
 mod log;
 mod open;
 mod outline;
+mod packets;
 mod scans;
 mod topic;
 

@@ -3,6 +3,7 @@
 use super::decide::{Seen, look_at};
 use super::found::clouds_of;
 use super::log::BagLog;
+use super::packets::advice;
 use super::topic::{Entry, TopicIndex};
 use crate::file::first_in_words;
 use crate::messages::{Bag, BagFound, in_words};
@@ -200,7 +201,7 @@ fn choose_topic<T>(
     wanted: Option<&str>,
     topics: &[TopicInfo],
 ) -> Result<(String, T), LogError> {
-    let all = || in_words(topics);
+    let all = || in_words(topics) + &advice(topics);
     if let Some(wanted) = wanted {
         return clouds.remove_entry(wanted).ok_or_else(|| LogError::UnknownTopic {
             path: path.into(),

@@ -1,7 +1,7 @@
 //! A bag whose files are known: opened again without looking for them.
 
+use super::chunked::RecordPlace;
 use super::location::{Location, Within};
-use super::mcap::{HEAD_BYTES, McapPlace};
 use super::sqlite::RowPlace;
 use super::store::{Bag, FileKind};
 use crate::file::ReadCount;
@@ -35,7 +35,7 @@ impl IndexedPlace {
     pub(crate) fn of(location: &Location) -> Self {
         let Location { file, within } = *location;
         match within {
-            Within::Mcap(McapPlace { record_at, record_bytes, in_chunk, body_bytes }) => {
+            Within::Record(RecordPlace { record_at, record_bytes, in_chunk, body_bytes }) => {
                 // No file has 2⁶³ bytes.
                 Self(file, record_at.cast_signed(), record_bytes, in_chunk, body_bytes)
             }
@@ -82,7 +82,7 @@ impl IndexedBag {
     pub(crate) fn location(&self, place: IndexedPlace) -> Option<Location> {
         let IndexedPlace(file, record, record_bytes, in_chunk, body_bytes) = place;
         let within = match self.files.get(file as usize)?.kind {
-            FileKind::Mcap => Within::Mcap(McapPlace {
+            FileKind::Mcap | FileKind::Ros1 => Within::Record(RecordPlace {
                 record_at: record.cast_unsigned(),
                 record_bytes,
                 in_chunk,
@@ -108,9 +108,11 @@ impl IndexedBag {
                 continue;
             };
             let at = record.cast_unsigned();
-            ranges.push(match indexed.kind {
-                FileKind::Mcap => at..at.saturating_add(HEAD_BYTES).saturating_add(record_bytes).min(*bytes),
-                FileKind::Sqlite => 0..*bytes,
+            ranges.push(match indexed.kind.framing() {
+                Some(framing) => {
+                    at..at.saturating_add(framing.head_bytes()).saturating_add(record_bytes).min(*bytes)
+                }
+                None => 0..*bytes,
             });
         }
         files

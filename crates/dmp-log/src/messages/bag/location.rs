@@ -1,6 +1,6 @@
 //! Where a message of a bag is.
 
-use super::mcap::{McapPlace, Record};
+use super::chunked::{Record, RecordPlace};
 use super::sqlite::RowPlace;
 use std::cmp::Ordering;
 
@@ -13,7 +13,7 @@ pub(crate) struct Location {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Within {
-    Mcap(McapPlace),
+    Record(RecordPlace),
     Sqlite(RowPlace),
 }
 
@@ -21,7 +21,7 @@ impl Location {
     /// For messages: `byte 4711` or `row 12`.
     pub(crate) fn in_words(&self) -> String {
         match self.within {
-            Within::Mcap(place) => format!("byte {}", place.record_at),
+            Within::Record(place) => format!("byte {}", place.record_at),
             Within::Sqlite(place) => format!("row {}", place.row),
         }
     }
@@ -30,7 +30,7 @@ impl Location {
     fn order(&self) -> (u32, i64, u64) {
         match self.within {
             // No file has 2⁶³ bytes.
-            Within::Mcap(place) => (self.file, place.record_at.cast_signed(), place.in_chunk.unwrap_or(0)),
+            Within::Record(place) => (self.file, place.record_at.cast_signed(), place.in_chunk.unwrap_or(0)),
             Within::Sqlite(place) => (self.file, place.row, 0),
         }
     }
@@ -46,17 +46,17 @@ impl Location {
         (file, record)
     }
 
-    /// The same where that is a record of an MCAP file.
-    pub(super) fn mcap_record(&self) -> Option<Record> {
+    /// The same where the file is one of records.
+    pub(super) fn chunked_record(&self) -> Option<Record> {
         match self.within {
-            Within::Mcap(place) => Some(Record::of(place)),
+            Within::Record(place) => Some(Record::of(place)),
             Within::Sqlite(_) => None,
         }
     }
 
     pub(crate) fn record_bytes(&self) -> u64 {
         match self.within {
-            Within::Mcap(place) => place.record_bytes,
+            Within::Record(place) => place.record_bytes,
             Within::Sqlite(place) => place.bytes,
         }
     }
@@ -64,7 +64,7 @@ impl Location {
     /// Whether two messages are unpacked together.
     pub(crate) fn shares_chunk(&self, other: &Self) -> bool {
         match (self.within, other.within) {
-            (Within::Mcap(a), Within::Mcap(b)) => {
+            (Within::Record(a), Within::Record(b)) => {
                 self.file == other.file && a.in_chunk.is_some() && a.record_at == b.record_at
             }
             _ => false,
@@ -73,6 +73,6 @@ impl Location {
 
     /// Whether the message is one of several packed into a chunk.
     pub(crate) fn is_in_chunk(&self) -> bool {
-        matches!(self.within, Within::Mcap(place) if place.in_chunk.is_some())
+        matches!(self.within, Within::Record(place) if place.in_chunk.is_some())
     }
 }

@@ -1,11 +1,11 @@
-//! Stores of messages by topic: MCAP files, rosbag2's `SQLite` files, and bags of several such files.
+//! Stores of messages by topic: MCAP files, bags of ROS 1, rosbag2's `SQLite` files, and bags of several such files.
 //!
 //! What the messages are is not known here; [`crate::messages::ros`] knows.
 
 mod basics;
+mod chunked;
 mod indexed;
 mod location;
-mod mcap;
 mod part;
 mod reader;
 mod rosbag2;

@@ -1,10 +1,10 @@
 //! Parts of a bag: which messages it has by its indexes, and some of them read.
 
 use super::basics::Channel;
+use super::chunked::{Framing, Heads};
 use super::location::{Location, Within};
-use super::mcap::Heads;
-use super::store::{Bag, BagFound, FileKind, Message};
-use super::{mcap, sqlite};
+use super::store::{Bag, BagFound, Message};
+use super::{chunked, sqlite};
 use crate::LogError;
 use crate::file::DamageList;
 use dmp_lengths::thousands;
@@ -24,7 +24,7 @@ pub(crate) struct BagIndex {
 
 #[derive(Debug)]
 enum Known {
-    Mcap { channels: mcap::Channels, bytes: u64 },
+    Chunked { framing: Framing, channels: chunked::Channels, bytes: u64 },
     Sqlite,
 }
 
@@ -53,23 +53,23 @@ impl Bag {
                 topics.count(channel, log_time_ns);
                 each(channel, log_time_ns, Location { file, within });
             };
-            if kind == FileKind::Sqlite {
+            let Some(framing) = kind.framing() else {
                 known.push(Known::Sqlite);
                 return sqlite::read_heads(path, &mut |channel, time, place, _| {
                     take(channel, time, Within::Sqlite(place));
                 });
-            }
-            let heads = mcap::read_heads(path, &self.count, &mut |channel, time, place, _| {
-                take(channel, time, Within::Mcap(place));
+            };
+            let heads = chunked::read_heads(path, framing, &self.count, &mut |channel, time, place, _| {
+                take(channel, time, Within::Record(place));
             })?;
             let Heads { unindexed_chunks, learnt_chunks, loose_messages, unnamed_messages, .. } = heads.heads;
             let more = [unindexed_chunks, learnt_chunks, loose_messages, unnamed_messages];
             counts.iter_mut().zip(more).for_each(|(count, more)| *count += more);
-            known.push(Known::Mcap { channels: heads.channels, bytes: heads.found.bytes });
+            known.push(Known::Chunked { framing, channels: heads.channels, bytes: heads.found.bytes });
             Ok(heads.found)
         })?;
         let notes = [
-            "chunks have no message index and were read to find their scans: `mcap recover IN.mcap -o OUT.mcap` writes a file that has them",
+            "chunks have no message index and were read to find their scans: `mcap recover IN.mcap -o OUT.mcap`, or of ROS 1 `rosbag reindex IN.bag`, writes a file that has them",
             "chunks were read to learn what is in them: there is no summary",
             "messages lie outside chunks, without a checksum of their own: that of all data is compared only where the whole log is read",
             "messages that the summary counts are in no index: what they are shows only where the whole log is read",
@@ -98,13 +98,13 @@ impl Bag {
                 each(Message { channel, location: Location { file, within }, log_time_ns, body });
             };
             let found = match known {
-                Known::Mcap { channels, bytes } => {
-                    let mut records: Vec<_> = of_file.iter().filter_map(Location::mcap_record).collect();
+                Known::Chunked { framing, channels, bytes } => {
+                    let mut records: Vec<_> = of_file.iter().filter_map(Location::chunked_record).collect();
                     records.dedup();
                     let mut take = |channel: &Channel, time, place, body: &[u8]| {
-                        take(channel, time, Within::Mcap(place), body);
+                        take(channel, time, Within::Record(place), body);
                     };
-                    mcap::read_part(path, &self.count, (channels, *bytes), &records, &mut take)
+                    chunked::read_part(path, *framing, &self.count, (channels, *bytes), &records, &mut take)
                         .map(|(damage, at)| (damage, at.into_iter().map(u64::cast_signed).collect()))
                 }
                 Known::Sqlite => {

@@ -2,8 +2,8 @@
 
 use super::basics::MessageFault;
 use super::location::{Location, Within};
-use super::store::{Bag, FileKind};
-use super::{mcap, sqlite};
+use super::store::Bag;
+use super::{chunked, sqlite};
 use crate::{LogError, PlaceInFile};
 use std::io;
 
@@ -23,7 +23,7 @@ pub(crate) struct BagReader<'a> {
 
 #[derive(Debug)]
 enum FileReader {
-    Mcap(Box<mcap::McapMessages>),
+    Chunked(Box<chunked::ChunkedMessages>),
     Sqlite(sqlite::SqliteMessages),
 }
 
@@ -37,15 +37,15 @@ impl BagReader<'_> {
         if self.open.as_ref().is_none_or(|(file, _)| *file != location.file) {
             // The one before is closed first.
             self.open = None;
-            let reader = match kind {
-                FileKind::Mcap => mcap::McapMessages::open(path, &self.bag.count)
-                    .map(|reader| FileReader::Mcap(Box::new(reader))),
-                FileKind::Sqlite => sqlite::SqliteMessages::open(path).map(FileReader::Sqlite),
+            let reader = match kind.framing() {
+                Some(framing) => chunked::ChunkedMessages::open(path, framing, &self.bag.count)
+                    .map(|reader| FileReader::Chunked(Box::new(reader))),
+                None => sqlite::SqliteMessages::open(path).map(FileReader::Sqlite),
             };
             self.open = Some((location.file, reader.map_err(|e| LogError::io(path, "open", e))?));
         }
         let body = match (self.open.as_mut().map(|(_, reader)| reader), location.within) {
-            (Some(FileReader::Mcap(reader)), Within::Mcap(place)) => reader.message(place),
+            (Some(FileReader::Chunked(reader)), Within::Record(place)) => reader.message(place),
             (Some(FileReader::Sqlite(reader)), Within::Sqlite(place)) => reader.message(place.row),
             _ => Err(MessageFault::Changed("the message lies in a file of another kind".into())),
         };

@@ -17,13 +17,15 @@ pub(super) fn files_of(folder: &Path) -> Result<Option<Vec<PathBuf>>, LogError> 
     }
     let mut files = files_with_extension(folder, "mcap")?;
     files.append(&mut files_with_extension(folder, "db3")?);
+    // Beside what it was converted to, it is the same log.
+    if files.is_empty() {
+        files = files_with_extension(folder, "bag")?;
+    }
     match files.len() {
         0 => Ok(None),
         1 => Ok(Some(files)),
         several => {
-            let problem = format!(
-                "{several} MCAP or SQLite files in the folder and no metadata.yaml: name one of them"
-            );
+            let problem = format!("{several} bags in the folder and no metadata.yaml: name one of them");
             Err(LogError::Option { path: folder.into(), problem })
         }
     }

@@ -1,11 +1,13 @@
 //! A bag: which files it has, and a pass over all its messages.
 
 use super::basics::{Channel, FileFound};
+use super::chunked::Framing;
 use super::location::{Location, Within};
 use super::topics::Topics;
-use super::{mcap, rosbag2, sqlite};
+use super::{chunked, rosbag2, sqlite};
 use crate::file::{DamageList, ReadCount};
 use crate::{Damage, LogError};
+use std::ffi::OsStr;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -22,7 +24,19 @@ pub(crate) struct Message<'a> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub(super) enum FileKind {
     Mcap,
+    Ros1,
     Sqlite,
+}
+
+impl FileKind {
+    /// How the file is made of records; `None` where it is of rows.
+    pub(super) fn framing(self) -> Option<Framing> {
+        match self {
+            Self::Mcap => Some(Framing::Mcap),
+            Self::Ros1 => Some(Framing::Ros1),
+            Self::Sqlite => None,
+        }
+    }
 }
 
 /// A bag: one file, or several that follow one another.
@@ -48,13 +62,9 @@ pub(crate) struct BagFound {
 impl Bag {
     /// The bag in a file that starts with `start`; `None` where that is of no such format.
     pub(crate) fn of_file(path: &Path, start: &[u8]) -> Option<Self> {
-        let kind = if start.starts_with(::mcap::MAGIC) {
-            FileKind::Mcap
-        } else if start.starts_with(sqlite::MAGIC) {
-            FileKind::Sqlite
-        } else {
-            return None;
-        };
+        let starts_as =
+            |kind: &FileKind| start.starts_with(kind.framing().map_or(sqlite::MAGIC, Framing::magic));
+        let kind = [FileKind::Mcap, FileKind::Ros1, FileKind::Sqlite].into_iter().find(starts_as)?;
         Some(Self {
             path: path.into(),
             files: vec![(path.into(), kind)],
@@ -63,13 +73,17 @@ impl Bag {
         })
     }
 
-    /// The bag in a folder: the files that its `metadata.yaml` names, or its only `.mcap` or `.db3` file;
+    /// The bag in a folder: the files that its `metadata.yaml` names, or its only `.mcap` or `.db3` file, or without those its only `.bag`;
     /// `None` where there is neither.
     pub(crate) fn of_folder(path: &Path) -> Result<Option<Self>, LogError> {
         let Some(files) = rosbag2::files_of(path)? else { return Ok(None) };
         let kind_of = |file: PathBuf| {
-            let sqlite = file.extension().is_some_and(|extension| extension == "db3");
-            (file, if sqlite { FileKind::Sqlite } else { FileKind::Mcap })
+            let kind = match file.extension().and_then(OsStr::to_str) {
+                Some("db3") => FileKind::Sqlite,
+                Some("bag") => FileKind::Ros1,
+                _ => FileKind::Mcap,
+            };
+            (file, kind)
         };
         let files = files.into_iter().map(kind_of).collect();
         Ok(Some(Self { path: path.into(), files, is_rosbag2: true, count: ReadCount::default() }))
@@ -83,6 +97,7 @@ impl Bag {
     pub(crate) fn format(&self) -> crate::LogFormat {
         match self.files.first() {
             Some((_, FileKind::Sqlite)) => crate::LogFormat::Rosbag2Sqlite,
+            Some((_, FileKind::Ros1)) => crate::LogFormat::Rosbag1,
             _ if self.is_rosbag2 => crate::LogFormat::Rosbag2Mcap,
             _ => crate::LogFormat::Mcap,
         }
@@ -96,11 +111,13 @@ impl Bag {
                 topics.count(channel, log_time_ns);
                 each(Message { channel, location: Location { file, within }, log_time_ns, body });
             };
-            match kind {
-                FileKind::Mcap => mcap::read_whole(path, &self.count, &mut |channel, time, place, body| {
-                    take(channel, time, Within::Mcap(place), body);
-                }),
-                FileKind::Sqlite => sqlite::read_whole(path, &mut |channel, time, place, body| {
+            match kind.framing() {
+                Some(framing) => {
+                    chunked::read_whole(path, framing, &self.count, &mut |channel, time, place, body| {
+                        take(channel, time, Within::Record(place), body);
+                    })
+                }
+                None => sqlite::read_whole(path, &mut |channel, time, place, body| {
                     take(channel, time, Within::Sqlite(place), body);
                 }),
             }
@@ -151,6 +168,6 @@ impl Bag {
 
     /// Bytes read of the bag so far, by whatever was made of it; `None` where a library reads it.
     pub(crate) fn bytes_read(&self) -> Option<u64> {
-        self.files.iter().all(|(_, kind)| *kind == FileKind::Mcap).then(|| self.count.bytes())
+        self.files.iter().all(|(_, kind)| kind.framing().is_some()).then(|| self.count.bytes())
     }
 }

@@ -11,7 +11,7 @@ pub(crate) struct WireError(pub(crate) String);
 pub(crate) enum Encoding {
     /// ROS 2: aligned, in either byte order, which a header of four bytes says.
     Cdr,
-    /// ROS 1: nothing aligned, lowest byte first. MCAP files converted from ROS 1 bags have it.
+    /// ROS 1: nothing aligned, lowest byte first. Bags of ROS 1 have it, and MCAP files converted from them.
     Ros1,
 }
 

@@ -49,7 +49,7 @@ pub struct TopicTrajectory {
     pub fingerprint: String,
 }
 
-/// Reads a trajectory from a bag (MCAP, rosbag2): the poses of `Odometry`, `PoseStamped`,
+/// Reads a trajectory from a bag (MCAP, rosbag2, ROS 1): the poses of `Odometry`, `PoseStamped`,
 /// `PoseWithCovarianceStamped`, of the `Path` with the most poses (the last of these), or, of `/tf`, the
 /// chain from the world to the body at the stamps of its moving link that has most. Stamps are those of
 /// the headers. `scan_frame` is what moves in `/tf` where nothing else is asked for.
@@ -65,7 +65,7 @@ pub fn read_topic_trajectory(
     scan_frame: Option<&str>,
 ) -> Result<TopicTrajectory, LogError> {
     let Some(bag) = bag_at(path)? else {
-        let problem = "no bag (MCAP, rosbag2), so it has no topics with poses".to_owned();
+        let problem = "no bag (MCAP, rosbag2, ROS 1), so it has no topics with poses".to_owned();
         return Err(LogError::Option { path: path.into(), problem });
     };
     let mut found = Found::default();

@@ -119,6 +119,9 @@ fn logs() -> Vec<Format> {
         ),
         mcap("of_others", of_others("mcap/*.mcap -two_clouds -poses -velodyne_z -velodyne_l -velodyne_none")),
         mcap("poses", [vec![seeds::log_with_poses()], seeds::ros1()].concat()),
+        Format::new("rosbag1_packed", Form::Bytes, ("log.bag", readers::log), of_others("rosbag1/*_lz4.bag")),
+        Format::new("rosbag1_bz2", Form::Bytes, ("log.bag", readers::log), of_others("rosbag1/*_bz2.bag")),
+        Format::new("rosbag1", Form::Bytes, ("log.bag", readers::log), of_others("rosbag1/*_none.bag")),
         Format::new("db3", Form::Sqlite, ("log.db3", readers::log), db3),
         Format::new("metadata", Form::Text, ("metadata.yaml", readers::log_of_folder), yaml).beside(&bags),
     ]

@@ -4,7 +4,9 @@ use std::path::Path;
 
 use anyhow::Context as _;
 use dmp::{Config, MapSource, fuse_maps};
-use dmp_log::{LogError, is_mesh, open_log, read_cloud, read_mesh, read_trajectory, shown_path};
+use dmp_log::{
+    LogError, has_bag_name, is_mesh, open_log, read_cloud, read_mesh, read_trajectory, shown_path,
+};
 use dmp_sensor::{Isometry3, Trajectory};
 use dmp_truth::surface::{
     EvaluatedPoints, MapError, Store, SurfaceError, SurfaceReport, SurfaceSettings, surfel_centres,
@@ -66,8 +68,7 @@ pub(super) fn measure(
 impl Bench<'_> {
     /// A cloud or a store, moved as its trajectory is.
     fn measure_file(&mut self, path: &Path, align: &[std::path::PathBuf]) -> anyhow::Result<MeasuredMap> {
-        let of_log = path.is_dir() || path.extension().is_some_and(|e| e.eq_ignore_ascii_case("mcap"));
-        if of_log {
+        if path.is_dir() || has_bag_name(path) {
             let text = format!("{}: a log has no map: give a run with -t RUN.tum", path.display());
             return Err(Usage(text).into());
         }

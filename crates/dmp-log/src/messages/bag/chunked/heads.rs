@@ -3,9 +3,10 @@
 //! cut short, is passed over as well.
 
 use super::chunk::ChunkFault;
-use super::message_index::{PassedOver, entries_of};
+use super::framing::Kind;
+use super::message_index::PassedOver;
 use super::pass::Pass;
-use super::records::{HEAD_BYTES, MAX_RECORD_BYTES, MESSAGE_HEAD_BYTES, McapPlace, Records, Source};
+use super::records::{MAX_RECORD_BYTES, RecordPlace, Records, Source};
 use std::io;
 
 impl Pass<'_, '_> {
@@ -28,8 +29,8 @@ impl Pass<'_, '_> {
             return Ok(());
         }
         let mut body = Vec::new();
-        source.read_into(at + HEAD_BYTES, body_bytes, &mut body)?;
-        match entries_of(&body) {
+        source.read_into(at + self.framing.head_bytes(), body_bytes, &mut body)?;
+        match self.framing.entries_of(&body) {
             Some(mut entries) => {
                 chunk.is_indexed = true;
                 chunk.entries.append(&mut entries);
@@ -45,7 +46,8 @@ impl Pass<'_, '_> {
         if let Some(heads) = &mut self.heads {
             heads.loose_messages += 1;
         }
-        self.message_up_to(source, at, body_bytes, MESSAGE_HEAD_BYTES as u64)
+        let read_bytes = self.framing.message_head_bytes().unwrap_or(body_bytes);
+        self.message_up_to(source, at, body_bytes, read_bytes)
     }
 
     /// Hands over what is in the chunk that was left aside: by its index where that can be so, else by reading it.
@@ -68,10 +70,10 @@ impl Pass<'_, '_> {
         }
         for entry in chunk.entries {
             self.messages += 1;
-            let place = McapPlace {
+            let place = RecordPlace {
                 record_at: chunk.at,
                 record_bytes: chunk.body_bytes,
-                in_chunk: Some(entry.record_at + HEAD_BYTES),
+                in_chunk: Some(entry.record_at + self.framing.head_bytes()),
                 body_bytes: 0,
             };
             if let Some(channel) = self.channels.of_message(entry.channel_id) {
@@ -89,8 +91,10 @@ impl Pass<'_, '_> {
         }
         match self.decoder.decode(source, chunk.at, chunk.body_bytes) {
             Ok(records) => {
-                for (opcode, _, body) in Records::of(records) {
-                    let _ = self.channels.describe(opcode, body);
+                let all = Records::of(self.framing, records);
+                let is_description = |opcode| self.framing.kind(opcode) == Kind::Description;
+                for (opcode, _, body) in all.filter(|(opcode, ..)| is_description(*opcode)) {
+                    let _ = self.channels.describe(self.framing, opcode, body);
                 }
                 Ok(())
             }

@@ -1,13 +1,16 @@
-//! A chunk of an MCAP file, read, checked and unpacked.
+//! A chunk, read, checked and unpacked.
 
-use super::records::{HEAD_BYTES, MAX_RECORD_BYTES, Source};
+use super::framing::{Framing, HEAD_BYTES};
+use super::records::{MAX_RECORD_BYTES, Source};
+use super::ros1;
 use crate::file::shorten;
+use bzip2::read::BzDecoder;
 use dmp_lengths::thousands;
 use std::fmt;
 use std::io::{self, Read};
 use zstd::bulk::Decompressor;
 
-/// Fixed part of a chunk's header: two times, size, checksum, length of the compression's name.
+/// Fixed part of the header of MCAP's: two times, size, checksum, length of the compression's name.
 const FIXED_BYTES: u64 = 32;
 /// How much more a chunk of points may have unpacked than packed before its claim is doubted. More is
 /// read too, but no memory is taken for it before the bytes are there.
@@ -55,6 +58,7 @@ enum Packing {
     None,
     Zstd,
     Lz4,
+    Bz2,
 }
 
 #[derive(Debug, Clone, Copy, Default)]
@@ -83,7 +87,10 @@ impl ChunkDecoder {
     pub(super) fn read(&mut self, source: &mut Source, at: u64, body_bytes: u64) -> Result<(), ChunkFault> {
         self.records.clear();
         self.head = ChunkHead::default();
-        let head = read_head(source, at, body_bytes)?;
+        let head = match source.framing {
+            Framing::Mcap => read_head(source, at, body_bytes),
+            Framing::Ros1 => read_ros1_head(source, at),
+        }?;
         let into = if head.packing == Packing::None { &mut self.records } else { &mut self.packed };
         source.read_into(head.data_at, head.compressed_bytes, into)?;
         self.head = head;
@@ -97,6 +104,10 @@ impl ChunkDecoder {
             Packing::None => {}
             Packing::Zstd => self.unpack_zstd(head.uncompressed_bytes)?,
             Packing::Lz4 => self.unpack_lz4(head.uncompressed_bytes)?,
+            Packing::Bz2 => {
+                let bz2 = BzDecoder::new(self.packed.as_slice());
+                read_at_most(bz2, head.uncompressed_bytes, &mut self.records)?;
+            }
         }
         if self.records.len() as u64 != head.uncompressed_bytes {
             let [got, claimed] = [self.records.len() as u64, head.uncompressed_bytes].map(thousands);
@@ -126,8 +137,10 @@ impl ChunkDecoder {
 
     /// Takes note of whether a chunk that is not read has a checksum.
     pub(super) fn pass_over(&mut self, source: &mut Source, at: u64, body_bytes: u64) -> io::Result<()> {
-        // What is wrong with one that is too short is reported when it is read.
-        if body_bytes >= FIXED_BYTES {
+        // What is wrong with one that is too short is reported when it is read. Those of ROS 1 have none.
+        if source.framing == Framing::Ros1 {
+            self.met_no_crc = true;
+        } else if body_bytes >= FIXED_BYTES {
             let mut fixed = [0; FIXED_BYTES as usize];
             source.read_at(at + HEAD_BYTES, &mut fixed)?;
             self.met_no_crc |= word_at(&fixed, 24) as u32 == 0 && word_at(&fixed, 16) > 0;
@@ -197,9 +210,7 @@ fn read_head(source: &mut Source, at: u64, body_bytes: u64) -> Result<ChunkHead,
         b"" => Packing::None,
         b"zstd" => Packing::Zstd,
         b"lz4" => Packing::Lz4,
-        other => {
-            return damaged(format!("unknown compression `{}`", shorten(&String::from_utf8_lossy(other))));
-        }
+        other => return unknown(other),
     };
     let compressed_bytes = word_at(size, 0);
     let available = body_bytes - FIXED_BYTES - name_bytes - 8;
@@ -207,6 +218,33 @@ fn read_head(source: &mut Source, at: u64, body_bytes: u64) -> Result<ChunkHead,
         let [claimed, available] = [compressed_bytes, available].map(thousands);
         return damaged(format!("its data claims {claimed} bytes of {available}"));
     }
+    let data_at = body_at + FIXED_BYTES + name_bytes + 8;
+    check_head(ChunkHead { uncompressed_bytes, crc, packing, data_at, compressed_bytes })
+}
+
+/// The same of ROS 1: fields with names, and behind them the length of the data.
+fn read_ros1_head(source: &mut Source, at: u64) -> Result<ChunkHead, ChunkFault> {
+    let Some(head) = source.ros1_head_at(at)? else { return damaged("its header is cut") };
+    let fields = ros1::Fields(&head.fields);
+    let packing = match fields.get("compression") {
+        Some(b"none") => Packing::None,
+        Some(b"lz4") => Packing::Lz4,
+        Some(b"bz2") => Packing::Bz2,
+        other => return unknown(other.unwrap_or_default()),
+    };
+    let Some(size) = fields.number("size") else { return damaged("its header does not say its size") };
+    let (uncompressed_bytes, compressed_bytes) = (u64::from(size), head.data_bytes);
+    // A chunk that was begun: its records lie behind it.
+    let packing = if compressed_bytes == 0 { Packing::None } else { packing };
+    check_head(ChunkHead { uncompressed_bytes, crc: 0, packing, data_at: head.data_at, compressed_bytes })
+}
+
+fn unknown(packing: &[u8]) -> Result<ChunkHead, ChunkFault> {
+    damaged(format!("unknown compression `{}`", shorten(&String::from_utf8_lossy(packing))))
+}
+
+fn check_head(head: ChunkHead) -> Result<ChunkHead, ChunkFault> {
+    let ChunkHead { uncompressed_bytes, packing, compressed_bytes, .. } = head;
     if uncompressed_bytes.max(compressed_bytes) > MAX_RECORD_BYTES {
         let [claimed, most] = [uncompressed_bytes, MAX_RECORD_BYTES].map(thousands);
         return damaged(format!("it claims {claimed} bytes unpacked, more than the {most} allowed"));
@@ -217,8 +255,7 @@ fn read_head(source: &mut Source, at: u64, body_bytes: u64) -> Result<ChunkHead,
             "it is not compressed, yet claims {packed} bytes packed and {unpacked} unpacked"
         ));
     }
-    let data_at = body_at + FIXED_BYTES + name_bytes + 8;
-    Ok(ChunkHead { uncompressed_bytes, crc, packing, data_at, compressed_bytes })
+    Ok(head)
 }
 
 fn word_at(bytes: &[u8], at: usize) -> u64 {

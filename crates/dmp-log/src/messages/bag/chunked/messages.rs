@@ -1,7 +1,8 @@
-//! Single messages of an MCAP file.
+//! Single messages of a file of records.
 
 use super::chunk::{ChunkDecoder, ChunkFault};
-use super::records::{HEAD_BYTES, McapPlace, Source, split_message};
+use super::framing::Framing;
+use super::records::{RecordPlace, Source};
 use crate::file::ReadCount;
 use crate::messages::bag::basics::MessageFault;
 use std::io;
@@ -9,7 +10,7 @@ use std::path::Path;
 
 /// Reads single messages of a file; keeps the chunk it read last.
 #[derive(Debug)]
-pub(in crate::messages::bag) struct McapMessages {
+pub(in crate::messages::bag) struct ChunkedMessages {
     source: Source,
     decoder: ChunkDecoder,
     /// The chunk that the decoder holds.
@@ -17,13 +18,17 @@ pub(in crate::messages::bag) struct McapMessages {
     message: Vec<u8>,
 }
 
-impl McapMessages {
-    pub(in crate::messages::bag) fn open(path: &Path, count: &ReadCount) -> io::Result<Self> {
-        let source = Source::open_for_pieces(path, count)?;
+impl ChunkedMessages {
+    pub(in crate::messages::bag) fn open(
+        path: &Path,
+        framing: Framing,
+        count: &ReadCount,
+    ) -> io::Result<Self> {
+        let source = Source::open_for_pieces(path, framing, count)?;
         Ok(Self { source, decoder: ChunkDecoder::default(), chunk_at: None, message: Vec::new() })
     }
 
-    pub(in crate::messages::bag) fn message(&mut self, place: McapPlace) -> Result<&[u8], MessageFault> {
+    pub(in crate::messages::bag) fn message(&mut self, place: RecordPlace) -> Result<&[u8], MessageFault> {
         let body = if let Some(in_chunk) = place.in_chunk {
             if self.chunk_at != Some(place.record_at) {
                 self.chunk_at = None;
@@ -42,10 +47,11 @@ impl McapMessages {
             let rest = self.decoder.records().get(in_chunk as usize..).unwrap_or_default();
             rest.get(..place.body_bytes as usize).unwrap_or_default()
         } else {
-            self.source.read_into(place.record_at + HEAD_BYTES, place.body_bytes, &mut self.message)?;
+            let body_at = place.record_at + self.source.framing.head_bytes();
+            self.source.read_into(body_at, place.body_bytes, &mut self.message)?;
             &self.message
         };
-        match split_message(body) {
+        match self.source.framing.split_message(body) {
             Some(message) => Ok(message.data),
             None => Err(MessageFault::Changed("the file has changed since it was opened".into())),
         }

@@ -1,6 +1,7 @@
-//! Some records of an MCAP file, whose places are known from a pass over its heads.
+//! Some records of a file, whose places are known from a pass over its heads.
 
 use super::channels::Channels;
+use super::framing::Framing;
 use super::pass::{Each, Pass};
 use super::records::{Record, Source};
 use crate::file::{DamageList, ReadCount};
@@ -13,18 +14,19 @@ use std::path::Path;
 /// are the channels of the whole file. Gives what is wrong in them, and where the records begin that give nothing.
 pub(in crate::messages::bag) fn read_part(
     path: &Path,
+    framing: Framing,
     count: &ReadCount,
     (known, file_bytes): (&Channels, u64),
     records: &[Record],
     each: &mut Each<'_>,
 ) -> io::Result<(DamageList, BTreeSet<u64>)> {
-    let mut source = Source::open_for_pieces(path, count)?;
+    let mut source = Source::open_for_pieces(path, framing, count)?;
     if source.length() != file_bytes {
         let [then, now] = [file_bytes, source.length()].map(thousands);
         let problem = format!("the file has changed since it was opened: {then} bytes then, {now} now");
         return Err(io::Error::other(problem));
     }
-    let mut pass = Pass::new(known.clone(), each);
+    let mut pass = Pass::new(framing, known.clone(), each);
     let mut unreadable = BTreeSet::new();
     for record in records {
         let is_whole = if record.is_chunk {

@@ -1,6 +1,6 @@
 //! What the message index behind a chunk says: where in the unpacked chunk its messages are.
 
-use super::records::Fields;
+use super::framing::Fields;
 
 /// Bytes of an entry of a message index: time and place.
 const ENTRY_BYTES: usize = 16;
@@ -35,7 +35,7 @@ pub(super) struct PassedOver {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Entry {
     pub(super) record_at: u64,
-    pub(super) channel_id: u16,
+    pub(super) channel_id: u32,
     pub(super) log_time_ns: u64,
 }
 
@@ -48,11 +48,11 @@ impl Heads {
     }
 }
 
-/// The entries of a message index, whose body is a channel's number, a length in bytes, times and places;
+/// The entries of a message index of MCAP, whose body is a channel's number, a length in bytes, times and places;
 /// `None` where it is not whole.
 pub(super) fn entries_of(body: &[u8]) -> Option<Vec<Entry>> {
     let mut fields = Fields(body);
-    let channel_id = fields.u16("the index's channel").ok()?;
+    let channel_id = fields.u16("the index's channel").ok()?.into();
     let claimed = u32::from_le_bytes(fields.array("the index's length").ok()?);
     let (entries, rest) =
         fields.0.split_at_checked(usize::try_from(claimed).ok()?)?.0.as_chunks::<ENTRY_BYTES>();

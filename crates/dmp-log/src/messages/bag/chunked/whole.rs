@@ -1,16 +1,16 @@
-//! A pass over a whole MCAP file, from record to record: [`read_whole`] reads everything, [`read_heads`] passes over the
+//! A pass over a whole file, from record to record: [`read_whole`] reads everything, [`read_heads`] passes over the
 //! chunks and reads their indexes instead.
 
 use super::ahead::Ahead;
 use super::channels::Channels;
+use super::framing::{Framing, HEAD_BYTES, Kind};
 use super::message_index::Heads;
 use super::pass::{Each, Pass};
-use super::records::{HEAD_BYTES, Source};
+use super::records::Source;
 use super::summary_hint::{self, SummaryHint};
 use crate::file::ReadCount;
 use crate::messages::bag::basics::FileFound;
 use dmp_lengths::thousands;
-use mcap::records::op;
 use std::io;
 use std::path::Path;
 
@@ -18,11 +18,12 @@ use std::path::Path;
 /// operating system makes it fail: whatever is wrong with the bytes is damage.
 pub(in crate::messages::bag) fn read_whole(
     path: &Path,
+    framing: Framing,
     count: &ReadCount,
     each: &mut Each<'_>,
 ) -> io::Result<FileFound> {
-    let mut source = Source::open(path, count)?;
-    let mut pass = Pass::new(Channels::default(), each);
+    let mut source = Source::open(path, framing, count)?;
+    let mut pass = Pass::new(framing, Channels::default(), each);
     pass.ahead = Ahead::here();
     pass.file(&mut source)?;
     Ok(pass.found(&source).0)
@@ -41,11 +42,12 @@ pub(in crate::messages::bag) struct HeadsFound {
 /// read only where it has no index, or to learn what a channel is. Damage within the others is not found.
 pub(in crate::messages::bag) fn read_heads(
     path: &Path,
+    framing: Framing,
     count: &ReadCount,
     each: &mut Each<'_>,
 ) -> io::Result<HeadsFound> {
-    let mut source = Source::open_for_pieces(path, count)?;
-    let mut pass = Pass::new(Channels::default(), each);
+    let mut source = Source::open_for_pieces(path, framing, count)?;
+    let mut pass = Pass::new(framing, Channels::default(), each);
     pass.heads = Some(Heads::default());
     pass.file(&mut source)?;
     let heads = pass.heads.take().unwrap_or_default();
@@ -55,38 +57,59 @@ pub(in crate::messages::bag) fn read_heads(
 
 impl Pass<'_, '_> {
     fn file(&mut self, source: &mut Source) -> io::Result<()> {
-        let hint = summary_hint::read(source)?;
+        let mut hint = summary_hint::read(source)?;
         for (opcode, body) in &hint.descriptions {
             // A hint that cannot be read is none.
-            let _ = self.channels.describe(*opcode, body);
+            let _ = self.channels.describe(self.framing, *opcode, body);
         }
-        self.records(source, &hint)?;
+        self.records(source, &mut hint)?;
         self.take_ahead()?;
         self.settle(source)?;
-        if let (Some(heads), Some(messages)) = (&mut self.heads, hint.messages) {
-            heads.unnamed_messages = messages.saturating_sub(self.messages);
+        let unmet = hint.messages.unwrap_or(0).saturating_sub(self.messages);
+        if let Some(heads) = &mut self.heads {
+            heads.unnamed_messages = unmet;
+        } else if let (1.., Some(index_at), true) = (unmet, hint.index_at, self.damage.is_empty()) {
+            self.lost(index_at, format!("{} messages that the index counts are not there", thousands(unmet)));
         }
         Ok(())
     }
 
-    fn records(&mut self, source: &mut Source, hint: &SummaryHint) -> io::Result<()> {
+    fn records(&mut self, source: &mut Source, hint: &mut SummaryHint) -> io::Result<()> {
         let length = source.length();
-        let mut at = mcap::MAGIC.len() as u64;
+        let mut at = self.framing.magic().len() as u64;
+        let head_bytes = self.framing.head_bytes();
         loop {
             if length.saturating_sub(at) < HEAD_BYTES {
                 self.take_ahead()?;
-                let what = format!(
-                    "the file ends at byte {length} without an end of data: what was to follow is lost"
-                );
+                let end = self.framing.end_in_words();
+                let what =
+                    format!("the file ends at byte {length} without {end}: what was to follow is lost");
                 self.lost(at, what);
                 return Ok(());
             }
             let (opcode, body_bytes) = source.head_at(at)?;
-            let left = length - at - HEAD_BYTES;
+            let kind = self.framing.kind(opcode);
+            if hint.index_at == Some(at) && !matches!(kind, Kind::Chunk | Kind::MessageIndex | Kind::Message)
+            {
+                self.take_ahead()?;
+                if !hint.is_index_whole {
+                    self.lost(at, "the index at the end is cut or damaged; no scan is lost by it".to_owned());
+                }
+                return Ok(());
+            }
+            let left = length - at - head_bytes;
             // A record cannot contain the start of a chunk that the summary, which is whole, knows.
             let next_chunk = hint.chunks_at.range(at + 1..).next().copied().filter(|&next| next < length);
-            let reaches = body_bytes.min(left) + at + HEAD_BYTES;
+            let reaches = body_bytes.min(left) + at + head_bytes;
             if opcode == 0 || body_bytes > left || next_chunk.is_some_and(|next| next < reaches) {
+                // Nothing guards the index of a bag of ROS 1: there may be no chunk.
+                if let Some(next) = next_chunk
+                    && (length - next < HEAD_BYTES
+                        || self.framing.kind(source.head_at(next)?.0) != Kind::Chunk)
+                {
+                    hint.chunks_at.remove(&next);
+                    continue;
+                }
                 self.take_ahead()?;
                 let claimed = thousands(body_bytes);
                 let Some(next) = next_chunk else {
@@ -105,28 +128,35 @@ impl Pass<'_, '_> {
                 at = next;
                 continue;
             }
-            match opcode {
-                op::CHUNK if self.heads.is_some() => self.pass_over(source, at, body_bytes)?,
-                op::CHUNK => self.chunk_ahead(source, at, body_bytes)?,
-                op::MESSAGE_INDEX if self.heads.is_some() => self.message_index(source, at, body_bytes)?,
-                op::MESSAGE if self.heads.is_some() => self.message_head(source, at, body_bytes)?,
-                op::MESSAGE => {
+            match kind {
+                Kind::Chunk if self.heads.is_some() => self.pass_over(source, at, body_bytes)?,
+                Kind::Chunk => self.chunk_ahead(source, at, body_bytes)?,
+                Kind::MessageIndex if self.heads.is_some() => self.message_index(source, at, body_bytes)?,
+                Kind::Message if self.heads.is_some() => self.message_head(source, at, body_bytes)?,
+                Kind::Message => {
                     self.take_ahead()?;
                     self.message(source, at, body_bytes)?;
                 }
-                _ if Channels::is_description(opcode) => {
+                Kind::Description => {
                     self.take_ahead()?;
                     self.description(source, at, body_bytes)?;
                 }
-                op::DATA_END => {
+                Kind::EndOfData => {
                     self.take_ahead()?;
                     return self.end_of_data(source, at, body_bytes);
                 }
-                op::FOOTER => return Ok(()),
-                // Indices, attachments, metadata and types of other programs.
-                _ => {}
+                Kind::Footer => return Ok(()),
+                Kind::Unknown => {
+                    self.take_ahead()?;
+                    let bytes = thousands(body_bytes);
+                    self.lost(
+                        at,
+                        format!("a record of {bytes} bytes and unknown type {opcode:#04x} is skipped"),
+                    );
+                }
+                Kind::MessageIndex | Kind::Other => {}
             }
-            at += HEAD_BYTES + body_bytes;
+            at += head_bytes + body_bytes;
         }
     }
 

@@ -1,7 +1,9 @@
-//! The summary at the end of an MCAP file. The log is read without it; it helps where the data before it
+//! The summary at the end of an MCAP file, the index at that of a bag of ROS 1. The log is read without it; it helps where the data before it
 //! is damaged: a channel described only in a lost chunk, a place from which to go on.
 
-use super::records::{Fields, HEAD_BYTES, MAX_RECORD_BYTES, Records, Source};
+use super::framing::{Fields, Framing, HEAD_BYTES, ROS1_BAG, ROS1_CHUNK_INFO, ROS1_CONNECTION};
+use super::records::{MAX_RECORD_BYTES, Records, Source};
+use super::ros1;
 use mcap::records::op;
 use std::collections::BTreeSet;
 use std::io;
@@ -16,10 +18,16 @@ pub(super) struct SummaryHint {
     pub(super) descriptions: Vec<(u8, Vec<u8>)>,
     pub(super) chunks_at: BTreeSet<u64>,
     pub(super) messages: Option<u64>,
+    /// Where the index of a bag of ROS 1 begins, behind all chunks, as its first record says.
+    pub(super) index_at: Option<u64>,
+    pub(super) is_index_whole: bool,
 }
 
 /// Reads the summary; nothing where there is none, or where its checksum is wrong or missing.
 pub(super) fn read(source: &mut Source) -> io::Result<SummaryHint> {
+    if source.framing == Framing::Ros1 {
+        return read_ros1(source);
+    }
     let magic = mcap::MAGIC.len() as u64;
     let Some(footer_at) = source.length().checked_sub(HEAD_BYTES + FOOTER_BYTES + magic) else {
         return Ok(SummaryHint::default());
@@ -52,7 +60,7 @@ fn footer_of(end: &[u8], footer_at: u64) -> Option<Footer<'_>> {
     if end_magic != mcap::MAGIC {
         return None;
     }
-    let (opcode, _, body) = Records::of(footer).next()?;
+    let (opcode, _, body) = Records::of(Framing::Mcap, footer).next()?;
     let mut fields = Fields(body);
     let summary_start = fields.u64("the summary's start").ok()?;
     let _offsets_start = fields.u64("the start of the summary's offsets").ok()?;
@@ -65,7 +73,7 @@ fn footer_of(end: &[u8], footer_at: u64) -> Option<Footer<'_>> {
 
 fn hint_of(summary: &[u8]) -> SummaryHint {
     let mut hint = SummaryHint::default();
-    for (opcode, _, body) in Records::of(summary) {
+    for (opcode, _, body) in Records::of(Framing::Mcap, summary) {
         match opcode {
             op::SCHEMA | op::CHANNEL => hint.descriptions.push((opcode, body.to_vec())),
             // The first of its fields.
@@ -81,4 +89,50 @@ fn hint_of(summary: &[u8]) -> SummaryHint {
         }
     }
     hint
+}
+
+/// Reads the index at the end of the bag: nothing of it is used where it is not whole.
+fn read_ros1(source: &mut Source) -> io::Result<SummaryHint> {
+    let mut hint = SummaryHint::default();
+    let Some(head) = source.ros1_head_at(source.framing.magic().len() as u64)? else { return Ok(hint) };
+    let fields = ros1::Fields(&head.fields);
+    if fields.opcode() != ROS1_BAG {
+        return Ok(hint);
+    }
+    if fields.get("encryptor").is_some_and(|name| !name.is_empty()) {
+        return Err(io::Error::other("as a ROS 1 bag: it is encrypted: decrypt it with `rosbag decrypt`"));
+    }
+    let counts = ["conn_count", "chunk_count"].map(|name| fields.number(name));
+    // 0 in a bag that was not closed.
+    let behind = head.data_at + head.data_bytes..source.length();
+    let Some(index_at) = fields.place("index_pos").filter(|at| behind.contains(at)) else {
+        return Ok(hint);
+    };
+    hint.index_at = Some(index_at);
+    let index_bytes = source.length() - index_at;
+    if index_bytes > MAX_RECORD_BYTES {
+        return Ok(hint);
+    }
+    let mut index = Vec::new();
+    source.read_into(index_at, index_bytes, &mut index)?;
+    let mut records = Records::of(source.framing, &index);
+    let (mut connections, mut chunks, mut messages) = (0, 0, 0);
+    let mut found = SummaryHint { index_at: hint.index_at, is_index_whole: true, ..SummaryHint::default() };
+    for (opcode, _, body) in &mut records {
+        let Some(ros1::Record { fields, data, .. }) = ros1::first_record(body) else { return Ok(hint) };
+        if opcode == ROS1_CONNECTION {
+            connections += 1;
+            found.descriptions.push((opcode, body.to_vec()));
+            continue;
+        }
+        let (ROS1_CHUNK_INFO, Some(at)) = (opcode, fields.place("chunk_pos")) else { return Ok(hint) };
+        chunks += 1;
+        found.chunks_at.insert(at);
+        // Number of the connection, and how many messages it has in the chunk.
+        let (counts, _) = data.as_chunks::<8>();
+        messages += counts.iter().map(|count| u64::from_le_bytes(*count) >> 32).sum::<u64>();
+    }
+    found.messages = Some(messages);
+    let is_whole = records.rest() == 0 && counts == [Some(connections), Some(chunks)];
+    Ok(if is_whole { found } else { hint })
 }

@@ -1,18 +1,16 @@
-//! What every pass over an MCAP file does with a record: what a chunk, a message, a description is, and what is damage
+//! What every pass over a file of records does with a record: what a chunk, a message, a description is, and what is damage
 //! in it, is said once, here.
 
 use super::ahead::Ahead;
 use super::channels::Channels;
 use super::chunk::{ChunkDecoder, ChunkFault};
+use super::framing::{Framing, Kind};
 use super::message_index::Heads;
-use super::records::{
-    HEAD_BYTES, MAX_RECORD_BYTES, MESSAGE_HEAD_BYTES, McapPlace, Records, Source, split_message,
-};
+use super::records::{MAX_RECORD_BYTES, RecordPlace, Records, Source};
 use crate::Damage;
 use crate::file::DamageList;
 use crate::messages::bag::basics::{Channel, FileFound};
 use dmp_lengths::thousands;
-use mcap::records::op;
 use std::io;
 
 /// Largest schema or channel record outside a chunk that is read.
@@ -20,10 +18,11 @@ const MAX_DESCRIPTION_BYTES: u64 = 16 << 20;
 
 /// What is done with a message: its channel, the time it was recorded, its place, its body. Where only heads
 /// are read the body is empty, and the place of a message in a chunk lacks its length.
-pub(super) type Each<'a> = dyn FnMut(&Channel, u64, McapPlace, &[u8]) + 'a;
+pub(super) type Each<'a> = dyn FnMut(&Channel, u64, RecordPlace, &[u8]) + 'a;
 
 /// A pass, and what it has found so far.
 pub(super) struct Pass<'a, 'b> {
+    pub(super) framing: Framing,
     pub(super) channels: Channels,
     pub(super) damage: DamageList,
     pub(super) decoder: ChunkDecoder,
@@ -40,8 +39,9 @@ pub(super) struct Pass<'a, 'b> {
 }
 
 impl<'a, 'b> Pass<'a, 'b> {
-    pub(super) fn new(channels: Channels, each: &'a mut Each<'b>) -> Self {
+    pub(super) fn new(framing: Framing, channels: Channels, each: &'a mut Each<'b>) -> Self {
         Self {
+            framing,
             channels,
             damage: DamageList::default(),
             decoder: ChunkDecoder::default(),
@@ -127,20 +127,24 @@ impl Pass<'_, '_> {
     }
 
     fn records_of(&mut self, records: &[u8], at: u64, body_bytes: u64) {
-        let mut whole = Records::of(records);
+        let mut whole = Records::of(self.framing, records);
         for (opcode, place, body) in &mut whole {
-            if Channels::is_description(opcode) {
-                if let Err(problem) = self.channels.describe(opcode, body) {
-                    self.lost(at, format!("in the chunk: {problem}"));
+            match self.framing.kind(opcode) {
+                Kind::Description => {
+                    if let Err(problem) = self.channels.describe(self.framing, opcode, body) {
+                        self.lost(at, format!("in the chunk: {problem}"));
+                    }
                 }
-            } else if opcode == op::MESSAGE {
-                let place = McapPlace {
-                    record_at: at,
-                    record_bytes: body_bytes,
-                    in_chunk: Some(place),
-                    body_bytes: body.len() as u64,
-                };
-                self.add(place, body);
+                Kind::Message => {
+                    let place = RecordPlace {
+                        record_at: at,
+                        record_bytes: body_bytes,
+                        in_chunk: Some(place),
+                        body_bytes: body.len() as u64,
+                    };
+                    self.add(place, body);
+                }
+                _ => {}
             }
         }
         let rest = whole.rest();
@@ -163,20 +167,20 @@ impl Pass<'_, '_> {
         read_bytes: u64,
     ) -> io::Result<()> {
         self.unchunked_messages = true;
-        if !(MESSAGE_HEAD_BYTES as u64..=MAX_RECORD_BYTES).contains(&body_bytes) {
+        if !(self.framing.message_head_bytes().unwrap_or(0)..=MAX_RECORD_BYTES).contains(&body_bytes) {
             self.lost(at, format!("a message of {} bytes is not read", thousands(body_bytes)));
             return Ok(());
         }
         let mut body = Vec::new();
-        source.read_into(at + HEAD_BYTES, read_bytes, &mut body)?;
-        let place = McapPlace { record_at: at, record_bytes: body_bytes, in_chunk: None, body_bytes };
+        source.read_into(at + self.framing.head_bytes(), read_bytes, &mut body)?;
+        let place = RecordPlace { record_at: at, record_bytes: body_bytes, in_chunk: None, body_bytes };
         self.add(place, &body);
         Ok(())
     }
 
-    fn add(&mut self, place: McapPlace, body: &[u8]) {
-        let Some(message) = split_message(body) else {
-            let what = format!("a message of {} bytes is shorter than its header", body.len());
+    fn add(&mut self, place: RecordPlace, body: &[u8]) {
+        let Some(message) = self.framing.split_message(body) else {
+            let what = format!("a message of {} bytes has no whole header", body.len());
             return self.lost(place.record_at, what);
         };
         self.messages += 1;
@@ -191,9 +195,9 @@ impl Pass<'_, '_> {
             return Ok(());
         }
         let mut body = Vec::new();
-        source.read_into(at + HEAD_BYTES, body_bytes, &mut body)?;
+        source.read_into(at + self.framing.head_bytes(), body_bytes, &mut body)?;
         let (opcode, _) = source.head_at(at)?;
-        if let Err(problem) = self.channels.describe(opcode, &body) {
+        if let Err(problem) = self.channels.describe(self.framing, opcode, &body) {
             self.lost(at, problem);
         }
         Ok(())

@@ -1,6 +1,7 @@
-//! Which channel of an MCAP file carries what.
+//! Which channel of a file carries what.
 
-use super::records::Fields;
+use super::framing::{Fields, Framing};
+use super::ros1;
 use crate::messages::bag::basics::Channel;
 use mcap::records::op;
 use std::collections::{BTreeMap, BTreeSet, btree_map::Entry};
@@ -8,32 +9,39 @@ use std::collections::{BTreeMap, BTreeSet, btree_map::Entry};
 /// The schemas and channels met so far.
 #[derive(Debug, Clone, Default)]
 pub(in crate::messages::bag) struct Channels {
-    schema_names: BTreeMap<u16, String>,
+    schema_names: BTreeMap<u32, String>,
     /// By schema, the channels that name it.
-    of_schema: BTreeMap<u16, BTreeSet<u16>>,
-    by_id: BTreeMap<u16, Described>,
+    of_schema: BTreeMap<u32, BTreeSet<u32>>,
+    by_id: BTreeMap<u32, Described>,
     /// Messages of channels not described when they were met.
-    unknown: BTreeMap<u16, u64>,
+    unknown: BTreeMap<u32, u64>,
 }
 
 #[derive(Debug, Clone)]
 struct Described {
-    schema_id: u16,
+    schema_id: u32,
     /// Its type follows when the schema is met.
     channel: Channel,
 }
 
 impl Channels {
-    /// Takes in a schema or channel record. The first description of a number holds.
-    pub(super) fn describe(&mut self, opcode: u8, body: &[u8]) -> Result<(), String> {
+    /// Takes in a schema, channel or connection. The first description of a number holds.
+    pub(super) fn describe(&mut self, framing: Framing, opcode: u8, body: &[u8]) -> Result<(), String> {
+        if framing == Framing::Ros1 {
+            // Each has its own type.
+            let (id, topic, message_type) = ros1::connection(body)?;
+            self.schema(id, message_type)?;
+            return self.channel(id, id, topic, "ros1");
+        }
         let mut fields = Fields(body);
         match opcode {
             op::SCHEMA => {
-                let (id, name) = (fields.u16("a schema's number")?, fields.string("a schema's name")?);
+                let (id, name) = (fields.u16("a schema's number")?.into(), fields.string("a schema's name")?);
                 self.schema(id, name)
             }
             op::CHANNEL => {
-                let (id, schema_id) = (fields.u16("a channel's number")?, fields.u16("a channel's schema")?);
+                let id = fields.u16("a channel's number")?.into();
+                let schema_id = fields.u16("a channel's schema")?.into();
                 let topic = fields.string("a channel's topic")?;
                 let encoding = fields.string("a channel's encoding")?;
                 self.channel(id, schema_id, topic, encoding)
@@ -42,7 +50,7 @@ impl Channels {
         }
     }
 
-    fn schema(&mut self, id: u16, name: &str) -> Result<(), String> {
+    fn schema(&mut self, id: u32, name: &str) -> Result<(), String> {
         match self.schema_names.entry(id) {
             Entry::Occupied(known) if known.get() == name => return Ok(()),
             Entry::Occupied(_) => return Err(format!("schema {id} is described twice, differently")),
@@ -56,7 +64,7 @@ impl Channels {
         Ok(())
     }
 
-    fn channel(&mut self, id: u16, schema_id: u16, topic: &str, encoding: &str) -> Result<(), String> {
+    fn channel(&mut self, id: u32, schema_id: u32, topic: &str, encoding: &str) -> Result<(), String> {
         match self.by_id.entry(id) {
             Entry::Occupied(known) => {
                 let Described { schema_id: known_schema, channel } = known.get();
@@ -75,16 +83,12 @@ impl Channels {
         Ok(())
     }
 
-    pub(super) fn is_description(opcode: u8) -> bool {
-        matches!(opcode, op::SCHEMA | op::CHANNEL)
-    }
-
-    pub(super) fn knows(&self, id: u16) -> bool {
+    pub(super) fn knows(&self, id: u32) -> bool {
         self.by_id.contains_key(&id)
     }
 
     /// The channel of a message; one that is nowhere described so far is counted.
-    pub(super) fn of_message(&mut self, id: u16) -> Option<&Channel> {
+    pub(super) fn of_message(&mut self, id: u32) -> Option<&Channel> {
         if !self.knows(id) {
             *self.unknown.entry(id).or_default() += 1;
         }
@@ -92,7 +96,7 @@ impl Channels {
     }
 
     /// Numbers of channels whose messages were met before any description.
-    pub(super) fn unknown(&self) -> impl Iterator<Item = (u16, u64)> {
+    pub(super) fn unknown(&self) -> impl Iterator<Item = (u32, u64)> {
         self.unknown.iter().map(|(&id, &count)| (id, count))
     }
 
@@ -126,12 +130,14 @@ mod tests {
     #[test]
     fn types_are_found_in_any_order_and_the_first_description_holds() {
         let mut channels = Channels::default();
-        channels.describe(op::CHANNEL, &channel(1, 7, "/a")).unwrap();
-        channels.describe(op::SCHEMA, &schema(7, "Cloud")).unwrap();
-        channels.describe(op::CHANNEL, &channel(2, 7, "/b")).unwrap();
-        channels.describe(op::CHANNEL, &channel(1, 7, "/a")).unwrap();
+        channels.describe(Framing::Mcap, op::CHANNEL, &channel(1, 7, "/a")).unwrap();
+        channels.describe(Framing::Mcap, op::SCHEMA, &schema(7, "Cloud")).unwrap();
+        channels.describe(Framing::Mcap, op::CHANNEL, &channel(2, 7, "/b")).unwrap();
+        channels.describe(Framing::Mcap, op::CHANNEL, &channel(1, 7, "/a")).unwrap();
         for (opcode, body) in [(op::CHANNEL, channel(1, 7, "/c")), (op::SCHEMA, schema(7, "Other"))] {
-            assert!(channels.describe(opcode, &body).unwrap_err().contains("twice, differently"));
+            assert!(
+                channels.describe(Framing::Mcap, opcode, &body).unwrap_err().contains("twice, differently")
+            );
         }
         for (id, topic) in [(1, "/a"), (2, "/b")] {
             let found = channels.of_message(id).unwrap();
@@ -145,9 +151,9 @@ mod tests {
     #[test]
     fn claimed_lengths_are_checked() {
         let forged = [&[1, 0][..], &u32::MAX.to_le_bytes(), b"abc"].concat();
-        let error = Channels::default().describe(op::SCHEMA, &forged).unwrap_err();
+        let error = Channels::default().describe(Framing::Mcap, op::SCHEMA, &forged).unwrap_err();
         assert_eq!(error, "a schema's name claims 4294967295 bytes of 3");
-        assert!(Channels::default().describe(op::CHANNEL, &[1]).is_err());
+        assert!(Channels::default().describe(Framing::Mcap, op::CHANNEL, &[1]).is_err());
     }
 
     /// Sixty thousand channels, each described many times: what they cost does not grow with their number.
@@ -156,10 +162,10 @@ mod tests {
         let mut channels = Channels::default();
         for _ in 0..4 {
             for id in 0..60_000 {
-                channels.describe(op::CHANNEL, &channel(id, 7, "/a")).unwrap();
+                channels.describe(Framing::Mcap, op::CHANNEL, &channel(id, 7, "/a")).unwrap();
             }
         }
-        channels.describe(op::SCHEMA, &schema(7, "Cloud")).unwrap();
+        channels.describe(Framing::Mcap, op::SCHEMA, &schema(7, "Cloud")).unwrap();
         assert!(channels.described().iter().all(|channel| channel.message_type == "Cloud"));
     }
 }

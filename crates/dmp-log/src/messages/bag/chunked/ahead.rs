@@ -84,6 +84,7 @@ impl Ahead {
 mod tests {
     use super::*;
     use crate::file::ReadCount;
+    use crate::messages::bag::chunked::Framing;
     use std::io::Write as _;
 
     /// A file of one chunk that claims to be empty and holds this many zeros, packed.
@@ -101,7 +102,7 @@ mod tests {
         let mut ahead = Ahead { threads: 2, chunks: Vec::new(), waiting: 0, bytes: 0 };
         for (packed_bytes, enough) in [(5 << 20, 2), (20 << 20, 1), (1 << 10, 4)] {
             let (file, body_bytes) = hollow(packed_bytes);
-            let mut source = Source::open(file.path(), &ReadCount::default()).unwrap();
+            let mut source = Source::open(file.path(), Framing::Mcap, &ReadCount::default()).unwrap();
             let read = |_: &usize| ahead.read(&mut source, 0, body_bytes).unwrap();
             assert_eq!((1..10).find(read), Some(enough));
             assert!(ahead.unpack().iter().all(|chunk| chunk.fault.is_some()));
