@@ -6,6 +6,6 @@ mod mesh;
 pub(crate) mod pcd;
 mod unit;
 
-pub use cloud::{CloudFormat, CloudSummary, CloudWriter, OrientedPoint, read_cloud};
+pub use cloud::{CloudFormat, CloudSummary, CloudWriter, LAS_REACH_M, OrientedPoint, read_cloud};
 pub use mesh::{MeshFormat, MeshSummary, is_mesh, read_mesh};
 pub use unit::LengthUnit;

@@ -12,6 +12,7 @@ use dmp_disk::OutputFile;
 use super::format::CloudFormat;
 use crate::LogError;
 pub(crate) use column::{Column, Number};
+pub use las_rows::LAS_REACH_M;
 use las_rows::LasRows;
 
 const BUFFER_BYTES: usize = 1 << 18;
