@@ -92,7 +92,7 @@ impl Look<'_> {
             found.together_as_read = Some(better.share());
             found.can_be_mended = !(run.is_carried && matches!(reading.mend, Mend::PosesAs(_)));
             found.mends.push(reading.mend);
-            read = reading.run;
+            read = reading.mend.applied_to(run).unwrap_or(read);
         }
         found.instant = self.instant(&read)?;
         read.pose_at = found.instant.or(read.pose_at);
@@ -153,7 +153,8 @@ impl Look<'_> {
         let speed_m_per_s = given.way_m / given.way_s.max(1e-3);
         let mut best: Option<(Together, Reading)> = None;
         for reading in readings::all(run, self.settings, self.heads.summary(), speed_m_per_s) {
-            let Some(fit) = self.together(&reading.run, Order::Own)? else { continue };
+            let Some(read) = reading.mend.applied_to(run) else { continue };
+            let Some(fit) = self.together(&read, Order::Own)? else { continue };
             let stands = reading.is_shift && fit.way_m < LEAST_WAY * given.way_m;
             // A share of the few returns at the end of the drive does not count.
             let is_whole = 2 * fit.returns > given.returns;
