@@ -28,6 +28,12 @@ while IFS= read -r line; do
         -*' '*) arguments+=("${line%% *}" "${line#* }") ;;
         *) arguments+=("$line") ;;
     esac
+    case $line in
+        --json | --json[=\ ]* | --report | --report[=\ ]*)
+            echo "error: ${line%%[= ]*}: the action gives this option itself: its outputs \`json\` and \`page\` name the files" >&2
+            exit 2
+            ;;
+    esac
 done <<<"$DMP_ARGUMENTS"
 
 status=0
@@ -38,9 +44,11 @@ dmp score "${arguments[@]}" --report "$out/report.html" --json >"$out/scores.jso
 } >>"$GITHUB_OUTPUT"
 if [ -s "$out/scores.json" ]; then
     {
-        echo '```text'
-        dmp compare "$out/scores.json"
-        echo '```'
+        # Names of runs may have anything in them: the fence is longer than any row of backticks in the table.
+        table=$(dmp compare "$out/scores.json")
+        fence='```'
+        while [[ $table == *"$fence"* ]]; do fence+='`'; done
+        printf '%stext\n%s\n%s\n' "$fence" "$table" "$fence"
     } >>"$GITHUB_STEP_SUMMARY"
 fi
 # Scores of a log that is damaged in part are valid: the job prints a warning and continues.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import NamedTuple, Sequence
 
 from . import _core
@@ -47,4 +48,6 @@ def execute(
         listener.close()
     if line is not None:
         raise _KINDS[end](line)
+    if end == "output-failed":
+        warnings.warn("a file beside the result could not be written; the messages name it", RuntimeWarning, stacklevel=3)
     return Output(printed.decode(), end == "damaged", end == "gate-failed")

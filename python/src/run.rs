@@ -85,6 +85,7 @@ fn in_words(done: Result<Exit, Failure>) -> (&'static str, Option<String>) {
     match done {
         Ok(Exit::InputDamaged) => ("damaged", None),
         Ok(Exit::GateFailed) => ("gate-failed", None),
+        Ok(Exit::OutputFailed) => ("output-failed", None),
         Ok(_) => ("done", None),
         Err(Failure { kind, line }) => (word(kind), Some(line)),
     }

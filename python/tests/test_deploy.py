@@ -68,7 +68,7 @@ def test_jobs_of_slurm_score_as_one_machine(path: pathlib.Path, tmp_path: pathli
     sbatch = path / "sbatch"
     sbatch.write_text(SBATCH)
     sbatch.chmod(sbatch.stat().st_mode | stat.S_IXUSR)
-    work, jobs = tmp_path / "work", tmp_path / "jobs"
+    work, jobs = tmp_path / "it's 100 % $HOME; of work", tmp_path / "jobs"
     environment = {**os.environ, "PATH": f"{path}:{os.environ['PATH']}", "JOBS": str(jobs)}
     script = [DEPLOY / "slurm" / "score.sh", str(work), *asked()]
     subprocess.run(script, env=environment, capture_output=True, text=True, check=True)
@@ -118,6 +118,14 @@ def test_the_action_scores_and_annotates(tmp_path: pathlib.Path, path: pathlib.P
     assert "<title>" in pathlib.Path(outputs["page"]).read_text()
     summary = (tmp_path / "summary").read_text()
     assert summary.startswith("```text\n") and "new" in summary and summary.endswith("```\n")
+    # A name does not end the fence that it stands in.
+    (tmp_path / "summary").unlink()
+    ended = in_github(tmp_path, "town.mcap\n-t a```b=truth.tum\n--every 9", PATH=on_path)
+    assert ended.returncode == 0, ended.stderr
+    assert (tmp_path / "summary").read_text().startswith("````text\n")
+    for option in ("--json", "--report x.html", "--report=x.html"):
+        ended = in_github(tmp_path, f"town.mcap\n-t truth.tum\n{option}", PATH=on_path)
+        assert ended.returncode == 2 and "the action gives this option itself" in ended.stderr
     # Wrong usage leaves no result.
     (tmp_path / "output").unlink()
     ended = in_github(tmp_path, "town.mcap\n--voxle 2", PATH=on_path)

@@ -43,7 +43,7 @@ static ROOT: Spec = Spec {
     name: "dmp",
     about: "Scores LiDAR SLAM runs without ground truth: which trajectory explains the scans best?",
     after: "Exit codes: 0 done; 1 failed; 2 wrong usage; 3 done, but input was lost or damaged; 4 a gate failed; \
-            130 interrupted.",
+            5 done, but a file beside the result could not be written; 130 interrupted.",
     options: &[&[&output::QUIET]],
     commands: &[
         &commands::score::SPEC,
@@ -277,7 +277,7 @@ mod tests {
         assert_eq!(exit_of(&["simulate", "errors", "in.tum", "-o", "out.tum"]), Exit::WrongUsage);
         let missing = ["simulate", "errors", "/no/such/file.tum", "--scale", "1.1", "-o", "/no/such/out.tum"];
         assert_eq!(exit_of(&missing), Exit::WrongUsage);
-        let exits = [Exit::Done, Exit::Failed, Exit::WrongUsage, Exit::InputDamaged, Exit::GateFailed];
-        assert_eq!(exits.map(|exit| exit as u8), [0, 1, 2, 3, 4]);
+        let exits = [Exit::InputDamaged, Exit::GateFailed, Exit::OutputFailed, Exit::Interrupted];
+        assert_eq!(exits.map(|exit| exit as u8), [3, 4, 5, 130]);
     }
 }

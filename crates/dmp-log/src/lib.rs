@@ -65,7 +65,7 @@ mod writers;
 pub use error::{LogError, ParseError, PlaceInFile};
 pub use file::{Damage, is_printable, printable, shown_path, write_times};
 pub use geometry::{
-    CloudFormat, CloudSummary, CloudWriter, CrsError, LengthUnit, MeshFormat, MeshSummary, MetricCrs,
+    CloudFormat, CloudSummary, CloudWriter, CrsError, LAS_REACH_M, LengthUnit, MeshFormat, MeshSummary, MetricCrs,
     OrientedPoint, is_mesh, read_cloud, read_mesh,
 };
 pub use logs::{
@@ -79,11 +79,11 @@ pub use poses::{
     LoopLabels, PoseGraphFile, PoseTopic, RawTrajectory, SkippedCandidate, TopicTrajectory, TrajectoryFile,
     TrajectoryFormat, TrajectoryParseError, find_calib, is_bag, parse_calib, parse_euroc, parse_g2o,
     parse_keyframe_times, parse_keyframe_times_in, parse_kitti, parse_loop_candidates, parse_loop_labels,
-    parse_npy, parse_pose_graph, parse_raw, parse_redwood_log, parse_tum, read_calib, read_keyframe_times,
-    read_keyframe_times_in, read_loop_candidates, read_loop_labels, read_pose_graph, read_raw_trajectory,
-    read_raw_trajectory_as, read_topic_trajectory, read_trajectory, read_trajectory_as, write_euroc,
-    write_keyframe_times, write_kitti, write_pose_edges, write_pose_graph, write_redwood_log, write_tum,
-    write_tum_poses,
+    parse_npy, parse_pose_graph, parse_raw, parse_redwood_log, parse_tum, poses_at_most, read_calib,
+    read_keyframe_times, read_keyframe_times_in, read_loop_candidates, read_loop_labels, read_pose_graph,
+    read_raw_trajectory, read_raw_trajectory_as, read_topic_trajectory, read_trajectory, read_trajectory_as,
+    write_euroc, write_keyframe_times, write_kitti, write_pose_edges, write_pose_graph, write_redwood_log,
+    write_tum, write_tum_poses,
 };
 pub use scans::{
     FieldInfo, FieldMeaning, FrameInfo, LogFormat, LogOptions, LogSetting, LogSummary, LogSurvey, MemoryLog,

@@ -16,7 +16,7 @@ mod vet;
 
 pub use asked::{
     CastReturns, Config, Decide, DriftPairs, DriftReach, EvaluateError, Frame, FrameOrder, Looks, MapSource,
-    Means, Note, Progress, Remedy, ReturnDraw, Run, RunSource, Sample, ScoredPlace, ScoredReturns, ScoredRun,
+    Means, Note, POSE_BYTES, Progress, Remedy, ReturnDraw, Run, RunSource, Sample, ScoredPlace, ScoredReturns, ScoredRun,
     SettingName, Settings, Sink, Stage, Unposed, Watch, as_asked_m, check_runs, in_threads, in_voxels,
     in_words, pool, so_far,
 };

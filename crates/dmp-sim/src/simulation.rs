@@ -17,6 +17,8 @@ use crate::ways::{Drive, DriveOptions, require_speed};
 const REVISIT_M: f64 = 5.0;
 /// … after at least this much other travel.
 const AWAY_M: f64 = 30.0;
+/// So many cars stand bumper to bumper on the longest streets, and each ray looks at all of them.
+const MOST_CARS: usize = 10_000;
 /// Height of a sensor that is carried, metres; on a car it is that of [`DriveOptions::default`].
 const CARRIED_M: f64 = 1.2;
 
@@ -64,8 +66,9 @@ impl RecordingOptions {
         let drive = self.drive();
         let travel_m = drive.speed_m_s * drive.duration_s;
         require(travel_m <= 1e6, "the travel in m", "up to 1000000", travel_m)?;
+        let traffic = self.traffic as f64;
+        require(self.traffic <= MOST_CARS, "the number of cars that drive", "up to 10000", traffic)?;
         if self.route == Route::Campus {
-            let traffic = self.traffic as f64;
             require(self.traffic == 0, "the number of cars that drive over a campus", "0", traffic)?;
             return Ok(Town::campus(self.seed));
         }

@@ -54,7 +54,7 @@ mod results;
 pub use check::{check_cloud, check_store};
 pub use evaluate::evaluate;
 pub use maps::{CloudMap, RunMaps, fuse_maps, map_of_cloud};
-pub use means::{machine_memory_bytes, peak_anonymous_bytes};
+pub use means::{machine_memory_bytes, peak_anonymous_bytes, peak_bytes};
 pub use passes::{
     Casting, CopiedScans, OddScans, Oddity, Revisits, Surveyed, TilesInReach, VisitPair, measure_drift,
 };

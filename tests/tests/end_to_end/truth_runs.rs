@@ -110,6 +110,15 @@ fn files_of_other_units_and_columns_have_the_same_numbers() {
     refused(folder.path(), "truth ape @/truth.tum clock.tum", 1, &refusal);
     refused(folder.path(), "score @/town.mcap -t clock.tum", 1, &refusal);
     write(folder.path(), "places.csv", "time,x,y,z\n0,1,2,3\n");
-    let refusal = ["places.csv: line 1: no quaternion among the columns `time,x,y,z`"];
-    refused(folder.path(), "truth ape @/truth.tum places.csv", 1, &refusal);
+    let refusal = ["places.csv: places without rotations", "of translations only"];
+    refused(folder.path(), "truth ape @/truth.tum places.csv -r full", 2, &refusal);
+    refused(folder.path(), "truth rpe @/truth.tum places.csv", 2, &refusal);
+    refused(folder.path(), "truth ape @/truth.tum places.csv --align_origin", 2, &refusal);
+    // Of places alone the error is that of the poses.
+    file("rtk.csv", "", &|row| row[..4].join(","));
+    let report = json(folder.path(), "truth ape @/truth.tum rtk.csv -a");
+    let poses = json(folder.path(), "truth ape @/truth.tum @/drift.tum -a");
+    let [a, b] = [&report, &poses].map(|report| report["stats"]["rmse"].as_f64().unwrap());
+    assert!((a - b).abs() < 1e-9, "{a} {b}");
+    has(&report["notes"].to_string(), &["rtk.csv: ", "rotations are not compared"]);
 }

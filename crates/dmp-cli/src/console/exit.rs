@@ -23,6 +23,8 @@ pub enum Exit {
     InputDamaged,
     /// 4: done, and a gate that was asked for failed.
     GateFailed,
+    /// 5: done, and the result is printed, but a file beside it could not be written.
+    OutputFailed,
     /// 130: stopped by Ctrl-C or a request to end, nothing left behind.
     Interrupted = 130,
 }
@@ -71,7 +73,7 @@ fn is_usage(error: &anyhow::Error) -> bool {
 }
 
 /// Whether somebody stopped the command.
-fn is_interrupt(error: &anyhow::Error) -> bool {
+pub(crate) fn is_interrupt(error: &anyhow::Error) -> bool {
     matches!(error.downcast_ref(), Some(EvaluateError::Cancelled))
         || matches!(error.downcast_ref(), Some(SurfaceError::Cancelled))
 }
@@ -199,7 +201,9 @@ pub(crate) fn option_of(setting: SettingName) -> String {
 fn option_of_log(setting: LogSetting) -> String {
     match setting {
         LogSetting::Topic => "--topic".into(),
+        LogSetting::ScanFrame => "--scan-frame".into(),
         LogSetting::PointTime => "--point-time".into(),
+        LogSetting::PointTimeField => "--point-time-field".into(),
         LogSetting::StampAt => "--stamp".into(),
         LogSetting::BinLayout => "--bin-layout".into(),
         LogSetting::MadeWith => "`dmp convert log --made-with`".into(),

@@ -10,7 +10,7 @@ mod terminal;
 
 pub(crate) use common::Common;
 pub use exit::{Exit, Failure, FailureKind};
-pub(crate) use exit::{Unreadable, Usage, is_closed_pipe, one_line, option_of, when_printed};
+pub(crate) use exit::{Unreadable, Usage, is_closed_pipe, is_interrupt, one_line, option_of, when_printed};
 pub use host::Host;
 pub(crate) use host::Hosted;
 pub(crate) use progress::Progress;

@@ -49,6 +49,7 @@ pub(crate) fn begin_again_with_memory_given_back() {}
 /// Prepares this process for Ctrl-C and requests to end. The first is noted, and work that looks whether it was ends in order;
 /// what has not ended soon, wherever it is, and what is asked a second time, ends at once. Nothing unfinished is left behind.
 pub(crate) fn prepare() {
+    leave_full_files_to_their_writers();
     // Without a handler an interrupt ends the process as it always did; that is no reason not to work.
     let _ = ctrlc::set_handler(|| {
         let again = INTERRUPTED.swap(true, Ordering::SeqCst);
@@ -61,6 +62,16 @@ pub(crate) fn prepare() {
         }
     });
 }
+
+/// A limit on the size of files (`ulimit -f`) ends a process by a signal, in silence. With a handler the write fails, as on a
+/// full disk.
+#[cfg(unix)]
+fn leave_full_files_to_their_writers() {
+    let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, std::sync::Arc::default());
+}
+
+#[cfg(not(unix))]
+fn leave_full_files_to_their_writers() {}
 
 fn end_at_once() {
     let kept = dmp_disk::remove_unfinished();

@@ -161,7 +161,7 @@ fn style(unit: &'static str, has_end: bool) -> ProgressStyle {
         let _ = write!(out, "{} {unit}/s", text::short(state.per_sec()));
     };
     let memory = |_: &ProgressState, out: &mut dyn fmt::Write| {
-        let _ = match dmp::peak_anonymous_bytes() {
+        let _ = match dmp::peak_bytes() {
             Some(peak) => write!(out, ", peak {}", text::bytes(peak)),
             None => Ok(()),
         };

@@ -108,7 +108,7 @@ pub(crate) fn done(host: &Hosted, report: &Report) {
     let rate = text::short(returns as f64 / total_s.max(1e-9));
     // A program that runs the command has memory of its own, which is counted too.
     let peak = report.memory.peak_anon_bytes.filter(|_| host.program().is_none());
-    let memory = match peak {
+    let memory = match dmp::peak_bytes().filter(|_| host.program().is_none()) {
         Some(peak) => format!("; {} of memory", text::bytes(peak)),
         None => String::new(),
     };

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use dmp::{MapSource, PosesAs, Run, RunSource};
 use dmp_log::{
-    LogOutline, LogSummary, PoseTopic, ScanLog, TimeUnit, TrajectoryFormat, has_bag_name, is_bag,
+    LogOutline, LogSummary, PoseTopic, ScanLog, TimeUnit, TrajectoryFormat, has_bag_name, is_bag, poses_at_most,
     read_topic_trajectory, read_trajectory, read_trajectory_as,
 };
 use dmp_sensor::Trajectory;
@@ -89,6 +89,21 @@ fn between(asked: &Asked, names: &[&str]) -> anyhow::Result<Vec<Option<Trajector
     assign("--between", names, values)?.into_iter().map(read).collect()
 }
 
+/// Refuses runs in files whose poses need more memory than is given.
+fn check_memory(asked: &Asked, files: &[NamedFile]) -> anyhow::Result<()> {
+    let paths = files.iter().map(|file| file.path.clone());
+    let paths = paths.chain(asked.all(&input::BETWEEN).into_iter().map(|file| file.path));
+    let (mut poses, mut longest_bytes) = (0, 0);
+    for path in paths.filter(|path| path.is_file()) {
+        // A bag is read message by message.
+        if !is_bag(&path)? {
+            let (of_file, bytes) = poses_at_most(&path)?;
+            (poses, longest_bytes) = (poses + of_file, longest_bytes.max(bytes));
+        }
+    }
+    Ok(asked.config().check_poses(poses, longest_bytes)?)
+}
+
 impl Runs {
     /// The files or topics of the runs, as they were named.
     pub(crate) fn files(asked: &Asked) -> Vec<NamedFile> {
@@ -101,6 +116,7 @@ impl Runs {
         let names = names_of(&files)?;
         let plain: Vec<&str> = names.iter().map(String::as_str).collect();
         let meant = Meant::of_runs(&asked.all(&input::POSES_AS), &plain)?;
+        check_memory(asked, &files)?;
         let between = between(asked, &plain)?;
         let start = |(name, (file, meant)): (String, (&NamedFile, &Meant))| -> anyhow::Result<_> {
             let given = file.path.display().to_string();

@@ -76,10 +76,19 @@ pub(crate) static TOPIC: Opt<String> = Opt {
     help: "The topic with the scans, where the log has several",
     ..Opt::text(Input, "topic", "NAME", "/points", parsed)
 };
+pub(crate) static SCAN_FRAME: Opt<String> = Opt {
+    help: "The frame (frame_id) of the scans, where several sensors write to one topic",
+    ..Opt::text(Input, "scan-frame", "NAME", "lidar_front", parsed)
+};
 pub(crate) static POINT_TIME: Opt<PointTime> = Opt {
     help: "Times of points: `s`, `ms`, `us` or `ns` after the scan's stamp; `absolute-s` … on the clock of the stamps; \
            `first-s` … on another clock, after the scan's first point; or `ignore`. Default: detected",
     ..Opt::text(Input, "point-time", "UNIT", "ns", parsed)
+};
+pub(crate) static POINT_TIME_FIELD: Opt<String> = Opt {
+    help: "The field with the times of points, or two with seconds and what is below: `sec + nsec`. Default: by the usual \
+           names",
+    ..Opt::text(Input, "point-time-field", "NAME", "curvature", parsed)
 };
 pub(crate) static BIN_LAYOUT: Opt<BinLayout> = Opt {
     help: "How points of `.bin` files are laid out: names and types, little-endian; `t` are times. Default: found from the \
@@ -169,7 +178,8 @@ pub(crate) static KEYFRAMES: Opt<PathBuf> = Opt {
 };
 
 /// How the scans of a log are read.
-pub(crate) const READING: &[&dyn Entry] = &[&TOPIC, &POINT_TIME, &STAMP, &BIN_LAYOUT];
+pub(crate) const READING: &[&dyn Entry] =
+    &[&TOPIC, &SCAN_FRAME, &POINT_TIME, &POINT_TIME_FIELD, &STAMP, &BIN_LAYOUT];
 /// A log and its runs, and when and where their poses hold.
 pub(crate) const RUNS_ON_LOG: &[&dyn Entry] = &[
     &LOG,
@@ -178,7 +188,9 @@ pub(crate) const RUNS_ON_LOG: &[&dyn Entry] = &[
     &POSES_AS,
     &BETWEEN,
     &TOPIC,
+    &SCAN_FRAME,
     &POINT_TIME,
+    &POINT_TIME_FIELD,
     &BIN_LAYOUT,
     &STAMP,
     &EXTRINSIC,
@@ -193,7 +205,9 @@ pub(crate) const RUN_ON_LOG: &[&dyn Entry] = &[
     &POSES_AS,
     &BETWEEN,
     &TOPIC,
+    &SCAN_FRAME,
     &POINT_TIME,
+    &POINT_TIME_FIELD,
     &BIN_LAYOUT,
     &STAMP,
     &EXTRINSIC,

@@ -11,7 +11,9 @@ mod reads;
 pub(crate) mod text;
 
 pub use columns::write_times;
-pub(crate) use columns::{found_or, pose_of, pose_of_rows, unit_of_large_numbers, unit_of_lines, values};
+pub(crate) use columns::{
+    found_or, pose_of, pose_of_rows, unit_of_large_numbers, unit_of_lines, unit_since_1970, values,
+};
 pub use damage::Damage;
 pub(crate) use damage::{DamageList, first_in_words};
 pub(crate) use decimal::{ns_to_seconds, seconds_to_ns, shorten, to_ns};

@@ -15,12 +15,14 @@ const PIECE_BYTES: u64 = 1 << 20;
 const MAX_BLANK_BYTES: usize = 1 << 20;
 /// The first bytes of a file packed by gzip.
 const GZIP_MAGIC: &[u8] = b"\x1f\x8b";
+/// The first bytes of a text in UTF-16, little and big endian.
+const UTF16_MARKS: [&[u8]; 2] = [b"\xff\xfe", b"\xfe\xff"];
 
-/// The bytes of a text that is not too large to be `what`. What has no lines, no data or is not text shows in the first piece:
+/// The bytes of a text that is not too large to be `what`, as UTF-8 where a mark says that it is UTF-16. What has no lines, no data or is not text shows in the first piece:
 /// no more is read of it, however large the file claims to be.
 pub(crate) fn read_text(path: &Path, what: &str, most_bytes: u64) -> Result<Vec<u8>, LogError> {
     let (mut line, mut begins, mut has_data) = (1, 0, false);
-    read_checked(path, what, most_bytes, &mut |bytes, from| {
+    let mut check = |bytes: &[u8], from: usize| {
         if bytes.starts_with(GZIP_MAGIC) {
             let problem = "packed by gzip, which is not read here: `gunzip` unpacks it";
             return Err(ParseError::new(PlaceInFile::WholeFile, problem));
@@ -42,7 +44,29 @@ pub(crate) fn read_text(path: &Path, what: &str, most_bytes: u64) -> Result<Vec<
             return Err(ParseError::new(PlaceInFile::WholeFile, problem));
         }
         Ok(())
-    })
+    };
+    let marked = |bytes: &[u8]| UTF16_MARKS.iter().any(|mark| bytes.starts_with(mark));
+    let bytes = read_checked(path, what, most_bytes, &mut |bytes, from| {
+        if marked(bytes) { Ok(()) } else { check(bytes, from) }
+    })?;
+    if !marked(&bytes) {
+        return Ok(bytes);
+    }
+    let text = of_utf16(&bytes).and_then(|text| check(&text, 0).map(|()| text));
+    text.map_err(|e| e.in_file(path))
+}
+
+/// Text in UTF-16 with a mark of the order of its bytes, as UTF-8.
+fn of_utf16(bytes: &[u8]) -> Result<Vec<u8>, ParseError> {
+    let big_endian = bytes.starts_with(UTF16_MARKS[1]);
+    let (units, rest) = bytes.get(2..).unwrap_or_default().as_chunks::<2>();
+    let unit =
+        |unit: &[u8; 2]| if big_endian { u16::from_be_bytes(*unit) } else { u16::from_le_bytes(*unit) };
+    let text: Result<String, _> = char::decode_utf16(units.iter().map(unit)).collect();
+    match text {
+        Ok(text) if rest.is_empty() => Ok(text.into_bytes()),
+        _ => Err(ParseError::new(PlaceInFile::WholeFile, "begins as UTF-16 and is none: save it as UTF-8")),
+    }
 }
 
 /// The bytes of a file that is not too large to be `what`.
@@ -86,7 +110,7 @@ fn read_checked(
 }
 
 /// The lines with data: their places (from line 1) and columns. Blank lines and what follows a `#` are
-/// left out; columns are parted by blanks, tabs or commas; a byte order mark and carriage returns are
+/// left out; columns are parted by blanks, tabs, commas or semicolons; a byte order mark and carriage returns are
 /// passed over.
 pub(crate) fn lines(bytes: &[u8]) -> impl Iterator<Item = Result<(PlaceInFile, Vec<&str>), ParseError>> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
@@ -96,7 +120,7 @@ pub(crate) fn lines(bytes: &[u8]) -> impl Iterator<Item = Result<(PlaceInFile, V
             Err(error) => Some(Err(error)),
             Ok(text) => {
                 let columns: Vec<&str> = text
-                    .split(|c: char| c.is_ascii_whitespace() || c == ',')
+                    .split(|c: char| c.is_ascii_whitespace() || c == ',' || c == ';')
                     .filter(|column| !column.is_empty())
                     .collect();
                 (!columns.is_empty()).then_some(Ok((place, columns)))
@@ -112,6 +136,12 @@ pub(crate) fn data_of(line: &[u8], place: PlaceInFile) -> Result<&str, ParseErro
         Ok(text) if !data.contains(&0) => Ok(text),
         _ => {
             let start = data.get(..16).unwrap_or(data);
+            let zeros = data.iter().filter(|&&byte| byte == 0).count();
+            if zeros > 1 && (2 * zeros).abs_diff(data.len()) <= 2 {
+                let problem =
+                    format!("UTF-16 without a mark, which is not read: save it as UTF-8 ({start:02x?})");
+                return Err(ParseError::new(place, problem));
+            }
             Err(ParseError::new(place, format!("not text: {start:02x?}")))
         }
     }

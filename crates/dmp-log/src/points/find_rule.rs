@@ -2,27 +2,6 @@
 
 use super::{Origin, TimeRule, TimeUnit};
 
-/// The names under which drivers store the time of a point, the clearest first.
-const FIELD_NAMES: [&str; 17] = [
-    "t",
-    "time",
-    "timestamp",
-    "time_stamp",
-    "timeStamp",
-    "offset_time",
-    "time_offset",
-    "timeOffset",
-    "offsetTime",
-    "ts",
-    "stamp",
-    "point_time",
-    "timestamps",
-    "times",
-    "gps_time",
-    "GpsTime",
-    "gpstime",
-];
-
 /// Period taken for the test of units where a log has too few stamps for its own, nanoseconds.
 pub(crate) const USUAL_PERIOD_NS: i64 = 100_000_000;
 
@@ -31,26 +10,6 @@ const NEAR_PERIODS: f64 = 2.0;
 
 /// Scans of which one may be left out: the others are to outnumber it.
 pub(crate) const ENOUGH: usize = 4;
-
-/// Whether this is a name under which drivers store the time of a point: if its values are none, something is wrong.
-pub(crate) fn is_time_name(name: &str) -> bool {
-    FIELD_NAMES.contains(&name)
-}
-
-/// Position in `names` of the fields that may hold times, the clearest first; then those that only sound like it, whose
-/// values decide.
-pub(crate) fn candidates<'a>(names: &[&'a str]) -> Vec<(usize, &'a str)> {
-    let known = FIELD_NAMES.iter().filter_map(|wanted| names.iter().position(|name| name == wanted));
-    let sounds = |name: &str| {
-        let name = name.to_ascii_lowercase();
-        name.contains("time") || name.contains("stamp")
-    };
-    let like = names.iter().enumerate().filter(|(_, name)| sounds(name) && !is_time_name(name));
-    known
-        .chain(like.map(|(index, _)| index))
-        .filter_map(|index| names.get(index).map(|&name| (index, name)))
-        .collect()
-}
 
 /// The least and the greatest number that a field with times has in one scan, as they stand in the file.
 #[derive(Debug, Clone, Copy)]
@@ -103,6 +62,14 @@ pub(crate) fn find_rule(seen: &[FieldExtremes], period_ns: i64) -> Finding {
         return Finding::Rule(TimeRule::new(unit, origin));
     }
     let first = seen.first().map_or(f64::NAN, |scan| scan.smallest);
+    let stamp_ns = seen.first().map_or(0, |scan| scan.stamp_ns);
+    if seen.len() > 1 && seen.iter().all(|scan| scan.stamp_ns == stamp_ns) {
+        return Finding::Unclear(format!(
+            "every scan has the stamp {:.3} s, so that the times, of which the first is {first}, count from nothing: give \
+             the scans stamps",
+            stamp_ns as f64 / 1e9
+        ));
+    }
     Finding::Unclear(format!(
         "a scan spans {span}, as {} near the {:.4} s from scan to scan, but the first value {first} is neither \
          near 0 nor near the stamp: a clock of the sensor's own would be first-{}",
@@ -110,6 +77,15 @@ pub(crate) fn find_rule(seen: &[FieldExtremes], period_ns: i64) -> Finding {
         period / 1e9,
         unit.symbol()
     ))
+}
+
+/// Whether a field of an unknown name is filled as times are: every scan spans nearly the time from scan to scan, in the same
+/// unit.
+pub(crate) fn may_be_times(seen: &[FieldExtremes], period_ns: i64) -> Option<TimeRule> {
+    let Finding::Rule(rule) = find_rule(seen, period_ns) else { return None };
+    let periods =
+        |scan: &FieldExtremes| (scan.largest - scan.smallest) * rule.unit.in_ns() as f64 / period_ns as f64;
+    (seen.len() >= ENOUGH && seen.iter().all(|scan| (0.9..=1.05).contains(&periods(scan)))).then_some(rule)
 }
 
 /// Whether times may count from the scan's stamp, which may be its start, middle or end: they lie near it and near each other,
@@ -178,14 +154,6 @@ mod tests {
                 FieldExtremes { frame: k as usize, stamp_ns, smallest, largest }
             })
             .collect()
-    }
-
-    #[test]
-    fn names_that_sound_like_times_come_last() {
-        let names =
-            ["x", "time_offset_ns", "intensity", "stamps", "t", "timestampSec", "rel_time", "Timestamp"];
-        let found: Vec<&str> = candidates(&names).into_iter().map(|(_, name)| name).collect();
-        assert_eq!(found, ["t", "time_offset_ns", "stamps", "timestampSec", "rel_time", "Timestamp"]);
     }
 
     #[test]

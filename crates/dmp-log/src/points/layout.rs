@@ -1,6 +1,7 @@
 //! Where in a row of bytes the fields of a point are.
 
-use super::{NumberType, RawTime};
+use super::time_fields::two_of;
+use super::{NumberType, RawTime, TimeUnit};
 use crate::{FieldInfo, FieldMeaning};
 
 /// A field of a point that can be read.
@@ -14,6 +15,29 @@ impl Field {
     /// The coordinate in a row; NaN where the row is too short.
     pub(crate) fn coordinate(self, row: &[u8], big_endian: bool) -> f64 {
         self.kind.read(row, self.offset, big_endian).map_or(f64::NAN, RawTime::as_f64)
+    }
+}
+
+/// The field with the time of a point: seconds, where another one has what is below a second.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct TimeField {
+    pub(super) field: Field,
+    pub(super) rest: Option<(Field, TimeUnit)>,
+}
+
+impl TimeField {
+    /// The time in a row; of two fields in nanoseconds, and none where the one is not whole or the other a second or more.
+    pub(super) fn read(self, row: &[u8], big_endian: bool) -> Option<RawTime> {
+        let time = self.field.kind.read(row, self.field.offset, big_endian)?;
+        let Some((rest, unit)) = self.rest else { return Some(time) };
+        let whole = |time: RawTime| match time {
+            RawTime::Integer(value) => Some(value),
+            RawTime::Float(value) => (value.fract() == 0.0 && value.abs() < 1e15).then_some(value as i64),
+        };
+        let rest = whole(rest.kind.read(row, rest.offset, big_endian)?)?;
+        let second = TimeUnit::Seconds.in_ns();
+        let rest_ns = (0..second / unit.in_ns()).contains(&rest).then(|| rest * unit.in_ns())?;
+        whole(time)?.checked_mul(second)?.checked_add(rest_ns).map(RawTime::Integer)
     }
 }
 
@@ -66,6 +90,15 @@ impl Layout {
         find(&self.named, name)
     }
 
+    /// The field with this name, or the two that it is made of.
+    pub(crate) fn time_field(&self, name: &str) -> Option<TimeField> {
+        if let Some(field) = self.field(name) {
+            return Some(TimeField { field, rest: None });
+        }
+        let (seconds, rest, unit) = two_of(name)?;
+        Some(TimeField { field: self.field(seconds)?, rest: Some((self.field(rest)?, unit)) })
+    }
+
     pub(crate) fn names(&self) -> Vec<&str> {
         self.named.iter().map(|(name, _)| name.as_str()).collect()
     }
@@ -76,9 +109,12 @@ impl Layout {
 
     /// The fields for people; `time` is the one with the times of the points.
     pub(crate) fn field_infos(&self, time: Option<&str>) -> Vec<FieldInfo> {
+        let two = time.filter(|name| self.field(name).is_none()).and_then(two_of);
         let meaning = |name: &str| match name {
             "x" | "y" | "z" => FieldMeaning::Coordinate,
-            name if time == Some(name) => FieldMeaning::Time,
+            name if time == Some(name) || two.is_some_and(|(a, b, _)| [a, b].contains(&name)) => {
+                FieldMeaning::Time
+            }
             _ => FieldMeaning::NotUsed,
         };
         let info = |(name, field): &(String, Field)| FieldInfo {

@@ -7,14 +7,14 @@ mod number;
 mod rows;
 mod time;
 mod time_choice;
+mod time_fields;
 mod time_rule;
 
-pub(crate) use find_rule::{ENOUGH, FieldExtremes, USUAL_PERIOD_NS, candidates, counts_from_stamp};
-pub(crate) use layout::{Field, Layout};
+pub(crate) use find_rule::{ENOUGH, FieldExtremes, USUAL_PERIOD_NS, counts_from_stamp};
+pub(crate) use layout::{Field, Layout, TimeField};
 pub(crate) use number::{NumberType, with_number};
 pub(crate) use rows::Rows;
 pub use time::{PointTime, StampAt, TimeUnit};
-pub(crate) use time_choice::{
-    TimeChoice, choose_time, frames_to_look_at, no_field, odd_times, place_stamp, time_fields,
-};
+pub(crate) use time_choice::{TimeChoice, choose_time, frames_to_look_at, no_field, odd_times, place_stamp};
+pub(crate) use time_fields::TimeFields;
 pub(crate) use time_rule::{Origin, RawTime, TimeRule};

@@ -1,7 +1,7 @@
 //! Rows of points, made into a scan.
 
 use super::number::{Number, with_number};
-use super::{Field, Layout, NumberType, RawTime, TimeRule};
+use super::{Field, Layout, NumberType, RawTime, TimeField, TimeRule};
 use dmp_sensor::Scan;
 
 /// The points of one scan, checked: `data` holds every row that `height`, `width` and the layout promise,
@@ -43,7 +43,7 @@ impl<'a> Rows<'a> {
 
     /// Appends the points to `scan`, with their times where a field and its meaning are given. The scan's
     /// stamp must be set.
-    pub(crate) fn append_to(&self, time: Option<(Field, TimeRule)>, scan: &mut Scan) {
+    pub(crate) fn append_to(&self, time: Option<(TimeField, TimeRule)>, scan: &mut Scan) {
         let step = self.layout.point_step.max(1);
         let points = &mut scan.points_in_sensor_m;
         let start = points.len();
@@ -57,42 +57,47 @@ impl<'a> Rows<'a> {
                 points.extend(row.chunks(step).map(|point| self.place(point)));
             }
         }
-        let Some((field, rule)) = time else { return };
+        let Some((time, rule)) = time else { return };
+        let (field, big_endian) = (time.field, self.layout.big_endian);
         let places = points.get_mut(start..).unwrap_or_default();
         scan.time_offsets_ns.reserve(places.len());
         let times = &mut scan.time_offsets_ns;
+        let stamp_ns = scan.stamp_ns.unwrap_or(0);
+        // Only rules that count from the scan's first point need to know it.
+        let first = if rule.needs_first() { self.first(time) } else { None };
+        if time.rest.is_some() {
+            let ns_of = |point: &[u8]| rule.offset_ns(time.read(point, big_endian)?, stamp_ns, first);
+            return self.append_times(ns_of, places, times);
+        }
         if let (NumberType::U32, Some(ns_of)) = (field.kind, rule.of_u32()) {
             for row in self.rows() {
-                let value = |point| u32::read(point, field.offset, self.layout.big_endian).unwrap_or(0);
+                let value = |point| u32::read(point, field.offset, big_endian).unwrap_or(0);
                 times.extend(row.chunks(step).map(|point| ns_of(value(point))));
             }
             return;
         }
         if let (NumberType::F32, Some(ns_of)) = (field.kind, rule.of_f32()) {
-            return self.append_times::<f32>(field.offset, ns_of, places, times);
+            let ns_of = |point: &[u8]| f32::read(point, field.offset, big_endian).and_then(&ns_of);
+            return self.append_times(ns_of, places, times);
         }
-        let stamp_ns = scan.stamp_ns.unwrap_or(0);
-        // Only rules that count from the scan's first point need to know it.
-        let first = if rule.needs_first() { self.first(field) } else { None };
         with_number!(field.kind, T => {
-            let ns_of = |value: T| rule.offset_ns(value.raw(), stamp_ns, first);
-            self.append_times(field.offset, ns_of, places, times);
+            let raw = |point: &[u8]| T::read(point, field.offset, big_endian).map(T::raw);
+            self.append_times(|point| rule.offset_ns(raw(point)?, stamp_ns, first), places, times);
         });
     }
 
-    fn append_times<T: Number>(
+    fn append_times(
         &self,
-        offset: usize,
-        ns_of: impl Fn(T) -> Option<i64>,
+        ns_of: impl Fn(&[u8]) -> Option<i64>,
         mut places: &mut [[f32; 3]],
         times: &mut Vec<i64>,
     ) {
-        let (step, big_endian) = (self.layout.point_step.max(1), self.layout.big_endian);
+        let step = self.layout.point_step.max(1);
         for row in self.rows() {
             let (now, later) = places.split_at_mut_checked(self.width).unwrap_or_default();
             places = later;
             times.extend(row.chunks(step).zip(now).map(|(point, place)| {
-                let offset_ns = T::read(point, offset, big_endian).and_then(&ns_of);
+                let offset_ns = ns_of(point);
                 if offset_ns.is_none() {
                     *place = [f32::NAN; 3];
                 }
@@ -116,19 +121,19 @@ impl<'a> Rows<'a> {
 
     /// Smallest and largest value of a field over the returns that have a place: rows without one often
     /// carry a zero for a time.
-    pub(crate) fn extremes(&self, field: Field) -> Option<(f64, f64)> {
+    pub(crate) fn extremes(&self, field: TimeField) -> Option<(f64, f64)> {
         let values = || self.placed(field).map(RawTime::as_f64);
         Some((values().min_by(f64::total_cmp)?, values().max_by(f64::total_cmp)?))
     }
 
     /// The smallest value of a field over the returns that have a place.
-    fn first(&self, field: Field) -> Option<RawTime> {
+    pub(crate) fn first(&self, field: TimeField) -> Option<RawTime> {
         self.placed(field).min_by(|a, b| a.as_f64().total_cmp(&b.as_f64()))
     }
 
-    fn placed(&self, field: Field) -> impl Iterator<Item = RawTime> {
+    fn placed(&self, field: TimeField) -> impl Iterator<Item = RawTime> {
         self.points().filter_map(move |point| {
-            let raw = self.raw(point, field).filter(|raw| raw.as_f64().is_finite())?;
+            let raw = field.read(point, self.layout.big_endian).filter(|raw| raw.as_f64().is_finite())?;
             let place = self.place(point);
             (place.iter().all(|c| c.is_finite()) && place != [0.0; 3]).then_some(raw)
         })

@@ -1,8 +1,8 @@
 //! Which field of a log's points holds their times, and what it means there.
 
-use super::find_rule::is_time_name;
-use super::find_rule::{Finding, USUAL_PERIOD_NS, find_rule, find_rule_of_most};
-use super::{FieldExtremes, Layout, Origin, PointTime, StampAt, TimeRule, candidates};
+use super::find_rule::{Finding, USUAL_PERIOD_NS, find_rule, find_rule_of_most, may_be_times};
+use super::time_fields::is_time_name;
+use super::{FieldExtremes, Layout, Origin, PointTime, StampAt, TimeFields, TimeRule};
 use crate::{LogError, LogOptions, LogSetting};
 use std::path::Path;
 
@@ -44,14 +44,9 @@ pub(crate) fn frames_to_look_at(returns: impl Iterator<Item = u64>) -> Vec<usize
     chosen
 }
 
-/// The fields of a layout that may hold the times of points.
-pub(crate) fn time_fields(layout: &Layout) -> Vec<String> {
-    candidates(&layout.names()).into_iter().map(|(_, name)| name.to_owned()).collect()
-}
-
 /// Finds the field with the times of points and what they mean, or takes what the options say; `None`
 /// where there are no times, or none are wanted. `look` gives what a few scans have in each of the layout's
-/// [`time_fields`].
+/// [`TimeFields`], all of them.
 pub(crate) fn choose_time(
     path: &Path,
     layout: &Layout,
@@ -60,30 +55,42 @@ pub(crate) fn choose_time(
     notes: &mut Vec<String>,
     look: impl FnOnce() -> Result<Vec<Vec<FieldExtremes>>, LogError>,
 ) -> Result<Option<TimeChoice>, LogError> {
-    let names = layout.names();
-    let fields = time_fields(layout);
+    let asked = options.point_time_field.as_deref();
+    let TimeFields { named: fields, others } = TimeFields::of(layout, asked);
     let given = TimeRule::given(options.point_time);
-    let Some(first_field) = fields.first() else {
+    if fields.is_empty() {
+        let names = layout.names().join(", ");
+        if let Some(asked) = asked {
+            let problem = format!("was given, but the points have the fields [{names}]");
+            return Err(LogError::setting(path, LogSetting::PointTimeField, asked, problem));
+        }
         if given.is_some() {
-            let (point_time, names) = (options.point_time, names.join(", "));
             let problem = format!("was given, but the points have no field for a time among [{names}]");
-            return Err(LogError::setting(path, LogSetting::PointTime, point_time, problem));
+            return Err(LogError::setting(path, LogSetting::PointTime, options.point_time, problem));
+        }
+    }
+    if options.point_time == PointTime::Ignore {
+        if let Some(first_field) = fields.first() {
+            notes.push(format!("field `{first_field}`: not used as the time of a point, as was asked"));
         }
         return without_times(path, options);
-    };
-    if options.point_time == PointTime::Ignore {
-        notes.push(format!("field `{first_field}`: not used as the time of a point, as was asked"));
+    }
+    if fields.is_empty() && others.is_empty() {
         return without_times(path, options);
     }
     let seen_of_fields = look()?;
     let period_ns = period_ns.unwrap_or_else(|| {
-        if given.is_none() {
+        if given.is_none() && !fields.is_empty() {
             notes.push("too few stamps for the scan period: 0.1 s is used".into());
         }
         USUAL_PERIOD_NS
     });
     let mut unclear = None;
     for (field, seen) in fields.iter().zip(&seen_of_fields) {
+        // Two fields that are no one time are looked at one by one.
+        if seen.is_empty() && layout.field(field).is_none() {
+            continue;
+        }
         let given_rule = |rule| (Finding::Rule(rule), None);
         let (found, odd_frame) = given.map_or_else(|| find_rule_of_most(seen, period_ns), given_rule);
         match found {
@@ -101,12 +108,16 @@ pub(crate) fn choose_time(
                 let choice = place_stamp(path, field, rule, options.stamp_at, seen, evidence)?;
                 return Ok(Some(TimeChoice { odd_frame, ..choice }));
             }
+            Finding::Constant if asked.is_some() => {
+                let problem = "was given, but its value is the same for all points of a scan";
+                return Err(LogError::setting(path, LogSetting::PointTimeField, field, problem));
+            }
             Finding::Constant => {
                 notes.push(format!(
                     "field `{field}` is the same for all points of a scan: no times of points"
                 ));
             }
-            Finding::Unclear(problem) if is_time_name(field) => {
+            Finding::Unclear(problem) if asked.is_some() || is_time_name(field) => {
                 unclear = unclear.or(Some((field, problem)));
             }
             Finding::Unclear(problem) => {
@@ -115,7 +126,17 @@ pub(crate) fn choose_time(
         }
     }
     match unclear {
-        None => without_times(path, options),
+        None => {
+            for (field, seen) in others.iter().zip(seen_of_fields.iter().skip(fields.len())) {
+                if let Some(rule) = may_be_times(seen, period_ns) {
+                    notes.push(format!(
+                        "field `{field}` may be times of points, as {}, and is not used: if it is, give it as point-time-field",
+                        rule.words()
+                    ));
+                }
+            }
+            without_times(path, options)
+        }
         Some((field, problem)) => {
             let field = format!("in field `{field}`");
             Err(LogError::PointTime { path: path.into(), field, problem })

@@ -14,7 +14,7 @@ pub use g2o::{
 pub use trajectory::{
     GraphVertices, PoseTopic, RawTrajectory, TopicTrajectory, TrajectoryFile, TrajectoryFormat,
     TrajectoryParseError, is_bag, parse_euroc, parse_g2o, parse_kitti, parse_npy, parse_raw,
-    parse_redwood_log, parse_tum, read_raw_trajectory, read_raw_trajectory_as, read_topic_trajectory,
-    read_trajectory, read_trajectory_as, write_euroc, write_kitti, write_redwood_log, write_tum,
-    write_tum_poses,
+    parse_redwood_log, parse_tum, poses_at_most, read_raw_trajectory, read_raw_trajectory_as,
+    read_topic_trajectory, read_trajectory, read_trajectory_as, write_euroc, write_kitti, write_redwood_log,
+    write_tum, write_tum_poses,
 };

@@ -207,6 +207,10 @@ fn what_is_wrong_is_named_with_line_column_and_value() {
             (&format!("{pair}1,1000000000,1,2,3,0,0,0,1\n"), "line 2: 1000000000 nanoseconds after a second"),
             (&format!("{pair}1.5,0,1,2,3,0,0,0,1\n"), "`1.5` in the column `secs` is no whole number"),
             ("time,x,y,z\n0,1,2,3\n", "line 1: no quaternion among the columns `time,x,y,z` | places alone"),
+            (
+                "GPSTime,easting,northing,altitude,roll,pitch,heading\n1,1,2,3,0,0,0\n",
+                "line 1: | Euler angles are not read",
+            ),
             ("time,x,y,z,qx,qy,qz,qw\n", "no poses"),
             ("a,b\n1,2\n", "line 1: 2 columns | name the columns"),
         ],

@@ -2,12 +2,32 @@
 
 use dmp_lengths::thousands;
 use dmp_report::SegmentLength;
+use dmp_sensor::Isometry3;
 
 use crate::asked::config::Config;
 use crate::asked::error::EvaluateError;
 use crate::asked::setting_name::SettingName;
 
+/// Memory of a pose of a run, bytes: a stamp and the pose, as they are read, vetted, and held in each frame in use.
+pub const POSE_BYTES: usize = 6 * (size_of::<Isometry3<f64>>() + size_of::<i64>());
+/// The program itself, bytes.
+const PROGRAM_BYTES: usize = 16 << 20;
+
 impl Config {
+    /// Checks the memory before poses are read: so many of all runs, the longest of them in a file of so many bytes.
+    ///
+    /// # Errors
+    /// When they need more memory than is given, whatever the log.
+    pub fn check_poses(&self, poses: u64, longest_bytes: u64) -> Result<(), EvaluateError> {
+        let held = usize::try_from(poses).unwrap_or(usize::MAX).saturating_mul(POSE_BYTES);
+        let text = usize::try_from(longest_bytes).unwrap_or(usize::MAX);
+        let needed = held.saturating_add(text).saturating_add(PROGRAM_BYTES);
+        if self.memory_bytes < needed {
+            return Err(EvaluateError::TooLittleForPoses { asked: self.memory_bytes, needed, poses });
+        }
+        Ok(())
+    }
+
     /// Checks every setting separately, before any file is opened.
     ///
     /// # Errors

@@ -51,6 +51,16 @@ pub enum EvaluateError {
         /// Number of runs.
         runs: usize,
     },
+    /// Less memory than the poses of the runs need.
+    #[error("{}", self.message_with(&SettingName::quoted))]
+    TooLittleForPoses {
+        /// Given bytes.
+        asked: usize,
+        /// Bytes needed.
+        needed: usize,
+        /// Poses of all runs.
+        poses: u64,
+    },
     /// A file system has less room than will be written, even if the estimate is half as much again as needed.
     #[error("{}", self.message_with(&SettingName::quoted))]
     NoRoom {
@@ -308,6 +318,7 @@ impl EvaluateError {
     pub fn is_usage(&self) -> bool {
         match self {
             Self::TooLittleMemory { .. }
+            | Self::TooLittleForPoses { .. }
             | Self::NoRuns
             | Self::SameName { .. }
             | Self::NoPlaces { .. }
@@ -330,6 +341,13 @@ impl EvaluateError {
                 mebibytes(*asked),
                 mebibytes(*needed),
                 name(SettingName::Threads)
+            ),
+            Self::TooLittleForPoses { asked, needed, poses } => format!(
+                "memory {}: {} poses need at least {}: give more {}, or write the poses of the scans only",
+                mebibytes(*asked),
+                thousands(*poses),
+                mebibytes(*needed),
+                name(SettingName::Memory)
             ),
             Self::NoRoom { folder, bytes, least_bytes, free_bytes, setting } => format!(
                 "{}: about {} will be written here, at least {}, and {} are free: free disk space, or choose another \

@@ -15,6 +15,7 @@ mod threads;
 mod unposed;
 mod watch;
 
+pub use check::POSE_BYTES;
 pub use config::{Config, Frame, FrameOrder, MapSource, Run, RunSource};
 pub use drift::{DriftPairs, DriftReach};
 pub use error::{EvaluateError, Remedy};

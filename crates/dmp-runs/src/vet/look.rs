@@ -95,7 +95,7 @@ impl Look<'_> {
             found.together_as_read = Some(better.share());
             found.can_be_mended = !(run.is_carried && matches!(reading.mend, Mend::PosesAs(_)));
             found.mends.push(reading.mend);
-            read = reading.run;
+            read = reading.mend.applied_to(run).unwrap_or(read);
         }
         found.instant = self.instant(&read)?;
         read.pose_at = found.instant.or(read.pose_at);
@@ -157,10 +157,11 @@ impl Look<'_> {
         let mut best: Option<(Together, Reading)> = None;
         let few_given = self.together(run, FEW)?.map_or(0.0, |few| few.share());
         for reading in readings::all(run, self.settings, self.heads.summary(), speed_m_per_s) {
-            if self.together(&reading.run, FEW)?.is_some_and(|few| few.share() < WORTH_BY * few_given) {
+            let Some(read) = reading.mend.applied_to(run) else { continue };
+            if self.together(&read, FEW)?.is_some_and(|few| few.share() < WORTH_BY * few_given) {
                 continue;
             }
-            let Some(fit) = self.together(&reading.run, 1)? else { continue };
+            let Some(fit) = self.together(&read, 1)? else { continue };
             let stands = reading.is_shift && fit.way_m < LEAST_WAY * given.way_m;
             // A share of the few returns at the end of the drive does not count.
             let is_whole = 2 * fit.returns > given.returns;

@@ -35,6 +35,16 @@ impl Mend {
         }
     }
 
+    /// A run to which it is applied; `None` where its poses, read so, are none.
+    pub(super) fn applied_to(&self, run: &Run) -> Option<Run> {
+        if let Self::PosesAs(poses_as) = self {
+            return Some(Run { trajectory: poses_as.read(&run.trajectory)?, ..run.clone() });
+        }
+        let mut run = run.clone();
+        self.apply(&mut run);
+        Some(run)
+    }
+
     /// As an option for the run of this name: `--pose-at a=end`.
     pub fn message_with(&self, run: &str, name: &dyn Fn(SettingName) -> String) -> String {
         let (setting, value) = match self {

@@ -13,10 +13,10 @@ const SHIFTS_S: [f64; 14] = [0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 10.0
 /// No vehicle with a LiDAR is this fast; a trajectory in millimetres or centimetres is.
 const TOO_FAST_M_PER_S: f64 = 100.0;
 
-/// Another interpretation of the user's input.
-#[derive(Debug, Clone)]
+/// Another interpretation of the user's input: what is to be done to the run. The poses are made when it is tried: there are
+/// dozens of readings, and a long run has its poses by the million.
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Reading {
-    pub(super) run: Run,
     pub(super) mend: Mend,
     /// Whether it moves the scans along the path: then a stretch in which the vehicle barely moves proves
     /// nothing.
@@ -28,9 +28,7 @@ pub(super) fn all(run: &Run, settings: &Settings, log: &LogSummary, speed_m_per_
     let given = settings.body_from_sensor(run);
     let mut all = Vec::new();
     let mut turned = |body_from_sensor: Isometry3<f64>| {
-        let body_from_sensor = rounded(&body_from_sensor);
-        let run = Run { body_from_sensor: Some(body_from_sensor), ..run.clone() };
-        all.push(Reading { run, mend: Mend::Extrinsic(body_from_sensor), is_shift: false });
+        all.push(Reading { mend: Mend::Extrinsic(rounded(&body_from_sensor)), is_shift: false });
     };
     if given != Isometry3::identity() {
         turned(given.inverse());
@@ -48,12 +46,8 @@ pub(super) fn all(run: &Run, settings: &Settings, log: &LogSummary, speed_m_per_
         PosesAs::Millimetres | PosesAs::Centimetres => speed_m_per_s > TOO_FAST_M_PER_S,
         PosesAs::Inverted | PosesAs::Wxyz | PosesAs::Kilometres => true,
     };
-    for poses_as in PosesAs::ALL.into_iter().filter(as_given) {
-        if let Some(trajectory) = poses_as.read(&run.trajectory) {
-            let run = Run { trajectory, ..run.clone() };
-            all.push(Reading { run, mend: Mend::PosesAs(poses_as), is_shift: false });
-        }
-    }
+    let as_given = PosesAs::ALL.into_iter().filter(as_given);
+    all.extend(as_given.map(|poses_as| Reading { mend: Mend::PosesAs(poses_as), is_shift: false }));
     if run.trajectory.stamps_ns().is_some() && log.span_ns.is_some() {
         let now_ns = settings.time_offset_ns(run);
         // One pose, or one keyframe, early or late.
@@ -61,8 +55,7 @@ pub(super) fn all(run: &Run, settings: &Settings, log: &LogSummary, speed_m_per_
         let shifts_ns = SHIFTS_S.into_iter().map(|shift_s| (shift_s * 1e9) as i64).chain([step_ns]);
         for shift_ns in shifts_ns.flat_map(|shift_ns| [-shift_ns, shift_ns]) {
             let offset_ns = now_ns.saturating_add(shift_ns);
-            let run = Run { time_offset_ns: Some(offset_ns), ..run.clone() };
-            all.push(Reading { run, mend: Mend::TimeOffset(offset_ns), is_shift: true });
+            all.push(Reading { mend: Mend::TimeOffset(offset_ns), is_shift: true });
         }
     }
     all

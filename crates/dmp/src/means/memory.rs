@@ -3,7 +3,7 @@
 use dmp_cast::{Answer, Query};
 use dmp_log::{LogFormat, ScanLog};
 use dmp_reduce::{FrameSums, Reducer, Residuals};
-use dmp_runs::{BLOCK_RAYS, EvaluateError, KNOWN_TIMES, MIN_BLOCK_RETURNS, Means};
+use dmp_runs::{BLOCK_RAYS, EvaluateError, KNOWN_TIMES, MIN_BLOCK_RETURNS, Means, POSE_BYTES};
 use dmp_sensor::{Isometry3, Ray};
 
 use crate::means::extent::{Extent, TILE_SUMS_BYTES};
@@ -38,8 +38,6 @@ const RAY_BYTES: usize =
 const RETURN_BYTES: usize = 32;
 /// Packets of rays in flight, the current tile and its construction.
 const THREAD_BYTES: usize = 2 << 20;
-/// Memory of a pose: a stamp, the pose, and a copy in each frame in use.
-const POSE_BYTES: usize = 4 * (size_of::<Isometry3<f64>>() + size_of::<i64>());
 /// Memory of a scan of the log: its entries in the index, the plan and the jobs.
 const FRAME_BYTES: usize = 256;
 /// Copies of reducers and tile sums beside those of the threads: the stored one, the merged one, and two to

@@ -7,5 +7,5 @@ mod work;
 
 pub(crate) use extent::Extent;
 pub(crate) use memory::PlaceNeeds;
-pub use peak::{machine_memory_bytes, peak_anonymous_bytes};
+pub use peak::{machine_memory_bytes, peak_anonymous_bytes, peak_bytes};
 pub(crate) use work::{Checkpoint, Work};

@@ -9,6 +9,11 @@ pub fn machine_memory_bytes() -> Option<u64> {
     kilobytes("/proc/meminfo", "MemTotal:")
 }
 
+/// The largest memory of this process so far, bytes, mapped files included; `None` if the system does not report it.
+pub fn peak_bytes() -> Option<u64> {
+    kilobytes("/proc/self/status", "VmHWM:")
+}
+
 /// The largest anonymous memory seen by the evaluations of this process, bytes; `None` if the system does not
 /// report it. Sampled after every few frames of every thread.
 pub fn peak_anonymous_bytes() -> Option<u64> {

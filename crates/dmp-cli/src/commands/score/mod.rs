@@ -15,7 +15,7 @@ use clap::{Args as _, FromArgMatches as _};
 use dmp::{CastReturns, Config, Report, evaluate};
 use serde::Serialize;
 
-use crate::console::{Common, Exit, Terminal, say, when_printed};
+use crate::console::{Common, Exit, Terminal, one_line, say, when_printed};
 use crate::gates::{self, GateArgs, GateReport};
 use crate::inputs::{LogInput, OpenedRuns, Runs, announce, vetting};
 use crate::named::maps_of;
@@ -43,7 +43,7 @@ pub(crate) static SPEC: Spec = Spec {
             dmp score drive.mcap -t a.tum -t b.tum --mend\n  \
             dmp score drive.mcap -t today.tum --keep today.dmp\n\n\
             Exit codes: 0 done; 1 failed; 2 wrong usage; 3 done, but part of the log was lost or damaged, or a run was \
-            excluded; 4 done, but a gate failed.",
+            excluded; 4 done, but a gate failed; 5 done, but a file beside the scores could not be written.",
     options: &[
         input::RUNS_ON_LOG,
         scoring::MAPPING,
@@ -114,10 +114,12 @@ pub(crate) fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::
     };
     let checked = gates.check(&report);
     let remarks = gates::failures(&checked);
-    let written = match (recorded, asked.get(&output::REPORT)) {
-        (Some(recorded), _) => recorded.write(&report, &remarks, common.quiet),
-        (None, Some(path)) => outputs::page::write(&path, &report, None, None, &remarks).map(drop),
-        (None, None) => Ok(()),
+    let unwritten = match (recorded, asked.get(&output::REPORT)) {
+        (Some(recorded), _) => recorded.write(&report, &remarks, common.quiet)?,
+        (None, Some(path)) => {
+            outputs::page::write(&path, &report, None, None, &remarks).err().into_iter().collect()
+        }
+        (None, None) => Vec::new(),
     };
     // Before the output, which somebody may stop reading.
     let incomplete = damaged || !report.left_out.is_empty();
@@ -128,12 +130,14 @@ pub(crate) fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::
         if incomplete { Exit::InputDamaged } else { Exit::Done },
     )?;
     let printed = print(out, &report, &checked, asked, common.terminal);
-    // Scores are printed also where files cannot be written.
-    written?;
     if !common.quiet {
         announce::done(&common.host, &report);
     }
-    when_printed(printed, exit)
+    // Scores are valid also where files beside them cannot be written.
+    for problem in &unwritten {
+        say!(common.host, "error: {}; the scores are complete", one_line(problem));
+    }
+    when_printed(printed, if unwritten.is_empty() { exit } else { Exit::OutputFailed })
 }
 
 /// Prints a report, as JSON or as tables, perhaps all of them.

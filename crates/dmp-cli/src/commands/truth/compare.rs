@@ -102,7 +102,20 @@ fn run(asked: &Asked, metric: &Metric<'_>, common: &Common, out: &mut Out<'_>) -
     let results = results.map_or(Vec::new(), |path| result_files(&path, &files.estimates));
     let drawn = asked.get(&truth::PLOT);
     check_outputs(&results, drawn.as_deref(), &files)?;
-    let read = |path: &PathBuf, format| read_raw_trajectory_as(path, format, asked.get(&truth::TIME_UNIT));
+    let read = |path: &PathBuf, format| -> anyhow::Result<RawTrajectory> {
+        let raw = read_raw_trajectory_as(path, format, asked.get(&truth::TIME_UNIT))?;
+        let is_of_places = matches!(metric.relation, Relation::TranslationPart | Relation::PointDistance)
+            && metric.name == APE.name
+            && !asked.has(&truth::ALIGN_ORIGIN);
+        if !raw.has_rotations && !is_of_places {
+            let path = path.display();
+            let problem = format!(
+                "{path}: places without rotations serve `dmp truth ape` of translations only: leave --pose_relation and --align_origin out"
+            );
+            return Err(Usage(problem).into());
+        }
+        Ok(raw)
+    };
     let reference = read(&files.reference, files.reference_format)?;
     let mut runs = Vec::with_capacity(files.estimates.len());
     for path in &files.estimates {

@@ -16,6 +16,11 @@ const LONGEST_STEP_S: f64 = 100.0;
 /// Whole numbers further apart than this are rather milliseconds.
 const LONG_STEP_S: f64 = 5.0;
 
+/// The unit in which a number is an instant of our days, counted from 1970.
+pub(crate) fn unit_since_1970(stamp: f64) -> Option<TimeUnit> {
+    TimeUnit::ALL.into_iter().find(|unit| OUR_DAYS_S.contains(&(stamp * (unit.in_ns() as f64 / 1e9))))
+}
+
 /// What the stamps of a file are taken for.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct FoundUnit {

@@ -19,4 +19,5 @@ mod wkt;
 pub use format::CloudFormat;
 pub use oriented::{CloudWriter, OrientedPoint};
 pub use read::{CloudSummary, read_cloud};
+pub use table::LAS_REACH_M;
 pub use wkt::{CrsError, MetricCrs};

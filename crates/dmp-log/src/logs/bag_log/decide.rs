@@ -3,7 +3,7 @@
 use super::log::BagLog;
 use crate::file::DamageList;
 use crate::messages::{BagReader, Location};
-use crate::points::{FieldExtremes, TimeChoice, choose_time, no_field, odd_times, time_fields};
+use crate::points::{FieldExtremes, TimeChoice, TimeFields, choose_time, no_field, odd_times};
 use crate::{Damage, LogError, LogOptions};
 
 /// What a few scans of a log have in each of the fields that may hold times.
@@ -13,11 +13,14 @@ pub(super) type Seen = Vec<Vec<FieldExtremes>>;
 pub(super) fn look_at(
     bag: &mut BagReader<'_>,
     logs: &[(&BagLog, Vec<usize>)],
+    options: &LogOptions,
 ) -> Vec<Result<Seen, LogError>> {
     let mut found: Vec<(Vec<String>, Result<Seen, LogError>)> = Vec::with_capacity(logs.len());
     let mut scans: Vec<(Location, usize, usize)> = Vec::new();
     for (number, (log, frames)) in logs.iter().enumerate() {
-        let fields = log.topic.first_layout().map(time_fields).unwrap_or_default();
+        let asked = options.point_time_field.as_deref();
+        let fields =
+            log.topic.first_layout().map(|layout| TimeFields::of(layout, asked).all()).unwrap_or_default();
         if !fields.is_empty() {
             let entries = frames.iter().filter_map(|&frame| Some((log.topic.entries.get(frame)?, frame)));
             scans.extend(entries.map(|(entry, frame)| (entry.location, number, frame)));
@@ -31,7 +34,7 @@ pub(super) fn look_at(
         let Ok(seen_of_fields) = found else { continue };
         let looked = logs[number].0.with_cloud(bag, frame, |cloud| {
             for (field, seen) in fields.iter().zip(seen_of_fields) {
-                let extremes = cloud.layout.field(field).and_then(|field| cloud.rows().extremes(field));
+                let extremes = cloud.layout.time_field(field).and_then(|field| cloud.rows().extremes(field));
                 if let Some((smallest, largest)) = extremes {
                     seen.push(FieldExtremes { frame, stamp_ns: cloud.stamp_ns, smallest, largest });
                 }
@@ -54,7 +57,7 @@ impl BagLog {
         looked_at: Vec<usize>,
     ) -> Result<(), LogError> {
         let look = |log: &Self| {
-            let seen = look_at(&mut log.bag.reader(), &[(log, looked_at)]);
+            let seen = look_at(&mut log.bag.reader(), &[(log, looked_at)], options);
             seen.into_iter().next().unwrap_or_else(|| Ok(Seen::new()))
         };
         self.decide_time_from(options, period_ns, look)
@@ -90,7 +93,7 @@ impl BagLog {
         self.topic.entries.retain(|entry| {
             let layout = layouts.get(entry.layout as usize);
             let kept =
-                entry.returns == 0 || layout.is_some_and(|layout| layout.field(&choice.field).is_some());
+                entry.returns == 0 || layout.is_some_and(|layout| layout.time_field(&choice.field).is_some());
             if !kept {
                 damage.push(Damage::new(entry.in_words(), no_field(&choice.field)));
             }

@@ -2,7 +2,7 @@
 
 use super::topic::TopicIndex;
 use crate::messages::{Bag, BagReader, Cloud};
-use crate::points::{Field, TimeChoice, TimeRule};
+use crate::points::{TimeChoice, TimeField, TimeRule};
 use crate::scans::runs_of_eight;
 use crate::{FrameInfo, LogError, LogIndex, LogSummary, PlaceInFile, ScanLog, ScanReader, StaticFrames};
 use dmp_sensor::Scan;
@@ -114,8 +114,8 @@ impl ScanReader for BagScanReader<'_> {
 
 /// Fills an empty scan with what a message holds, its times understood as `time` says.
 pub(super) fn take_scan(cloud: &Cloud<'_>, time: Option<&TimeChoice>, scan: &mut Scan) {
-    let of_field = |choice: &TimeChoice| -> Option<(Field, TimeRule)> {
-        Some((cloud.layout.field(&choice.field)?, choice.rule))
+    let of_field = |choice: &TimeChoice| -> Option<(TimeField, TimeRule)> {
+        Some((cloud.layout.time_field(&choice.field)?, choice.rule))
     };
     scan.stamp_ns = Some(cloud.stamp_ns);
     cloud.rows().append_to(time.and_then(of_field), scan);

@@ -50,6 +50,7 @@ impl AroundScans {
             return Err(LogError::malformed(self.bag.path(), PlaceInFile::WholeFile, problem));
         }
         let (name, topic) = choose_topic(self.bag.path(), clouds, options.topic.as_deref(), &self.topics)?;
+        notes.extend(self.bag.missing_files());
         if options.topic.is_none() {
             notes.push(format!("topic {name}: the only one with point clouds"));
         }
@@ -63,7 +64,9 @@ impl BagLog {
         let (bag_found, clouds, static_frames) = clouds_of(&bag)?;
         let around = AroundScans::new(bag, &bag_found, static_frames)?;
         let mut notes = Vec::new();
-        let (name, topic) = around.choose(clouds, options, &mut notes)?;
+        let (name, mut topic) = around.choose(clouds, options, &mut notes)?;
+        let path = around.bag.path();
+        topic.choose_frame((path, &name), options.scan_frame.as_deref(), &mut notes)?;
         Self::of_topic(&around, name, topic, notes, options)
     }
 
@@ -77,15 +80,24 @@ impl BagLog {
         };
         // What the streams share is in the summary once: there may be as many as topics.
         let damage = std::mem::take(&mut around.damage);
-        let undecided = |(name, topic)| Self::undecided(&around, name, topic, Vec::new());
+        let mut several: Vec<Option<LogError>> = Vec::new();
+        let undecided = |(name, mut topic): (String, TopicIndex)| {
+            let (at, mut notes) = ((bag.path(), name.as_str()), Vec::from_iter(bag.missing_files()));
+            several.push(topic.choose_frame(at, options.scan_frame.as_deref(), &mut notes).err());
+            Self::undecided(&around, name, topic, notes)
+        };
         let logs: Vec<Self> = clouds.into_iter().map(undecided).collect();
         let looked_at: Vec<(&Self, Vec<usize>)> = logs
             .iter()
             .map(|log| (log, frames_to_look_at(log.frames.iter().map(|frame| frame.returns))))
             .collect();
-        let seen = look_at(&mut bag.reader(), &looked_at);
-        let streams = logs.into_iter().zip(seen);
-        let streams = streams.map(|(log, seen)| log.into_stream(seen, &damage, options)).collect();
+        let seen = look_at(&mut bag.reader(), &looked_at, options);
+        let streams = logs.into_iter().zip(seen).zip(several);
+        let stream = |((log, seen), several): ((Self, _), Option<LogError>)| {
+            let stream = log.into_stream(seen, &damage, options);
+            ScanStream { problem: several.or(stream.problem), ..stream }
+        };
+        let streams = streams.map(stream).collect();
         let AroundScans { topics, static_frames, bytes, fingerprint, .. } = around;
         let (path, format, topics) = (bag.path().into(), bag.format(), topics.to_vec());
         let static_frames = Arc::unwrap_or_clone(static_frames);
@@ -140,16 +152,16 @@ impl BagLog {
     ) -> Self {
         let mut damage = around.damage.clone();
         damage.append(&mut std::mem::take(&mut topic.damage).into_vec());
-        if topic.other_frame_ids > 0 {
+        if topic.stamped_by_points > 0 {
             notes.push(format!(
-                "{} scans name another frame_id than the first",
-                thousands(topic.other_frame_ids)
+                "{} scans have no stamp in their header (0 s): each has that of its first point",
+                thousands(topic.stamped_by_points)
             ));
         }
         let bag = around.bag.clone();
         let summary = LogSummary {
             topic: Some(name),
-            frame_id: topic.frame_id.clone(),
+            frame_id: topic.frame_ids.first().cloned(),
             notes,
             damage,
             has_checksums: around.has_checksums,

@@ -26,6 +26,8 @@ pub(crate) struct BagOutline {
     around: AroundScans,
     index: BagIndex,
     name: String,
+    /// The frame of the scans that are read, where the topic has others, too.
+    frame: Option<String>,
     /// In the order of the bag.
     scans: Vec<Promised>,
     /// Messages with frames that do not move.
@@ -81,6 +83,7 @@ impl BagOutline {
             around,
             index,
             name,
+            frame: options.scan_frame.clone(),
             scans,
             frames_at,
             summary,
@@ -106,6 +109,13 @@ impl BagOutline {
             }
             places = places.saturating_mul(4);
         };
+        if self.frame.is_none() {
+            let (at, mut notes) = ((self.around.bag.path(), self.name.as_str()), Vec::new());
+            few.topic.choose_frame(at, None, &mut notes)?;
+            self.frame = few.topic.frame_ids.first().cloned();
+            few.summary.frame_id.clone_from(&self.frame);
+            few.describe();
+        }
         self.compare_stamps(&few.topic.entries);
         let period_ns = self.period_ns(&few.topic.entries);
         let of_whole = frames_to_look_at(std::iter::repeat_n(1, count));
@@ -231,7 +241,8 @@ impl BagOutline {
         let places = wanted.iter().filter_map(|&number| self.scans.get(number)).map(|scan| scan.location);
         let mut places: Vec<Location> = places.chain(self.frames_at.iter().copied()).collect();
         places.sort_by(Location::compare);
-        let mut topic = TopicIndex { frame_id: self.summary.frame_id.clone(), ..TopicIndex::default() };
+        let frame_ids = self.summary.frame_id.iter().cloned().collect();
+        let mut topic = TopicIndex { frame_ids, ..TopicIndex::default() };
         let (mut frames, mut met, mut unnamed) = (FoundFrames::default(), BTreeSet::new(), 0);
         let mut other_times = Vec::new();
         frames.frames.clone_from(&self.static_frames);
@@ -275,6 +286,7 @@ impl BagOutline {
             part.damage.push(Damage::new("what was read", what));
         }
         part.damage.append(frames.damage, |lost| lost);
+        topic.keep_frame_of(self.frame.as_deref());
         part.damage.append(std::mem::take(&mut topic.damage), |lost| lost);
         let mut log = BagLog::undecided(&self.around, self.name.clone(), topic, Vec::new());
         log.add_damage(part.damage.into_vec());

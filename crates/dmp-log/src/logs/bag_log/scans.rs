@@ -44,7 +44,7 @@ impl BagScans {
             let IndexedScan(stamp_ns, returns, coding, message, place) = *scan;
             let coding = *self.codings.get(coding as usize)?;
             let location = self.bag.location(place)?;
-            Some(Entry { location, coding, stamp_ns, returns, layout: 0, message })
+            Some(Entry { location, coding, stamp_ns, returns, layout: 0, frame: 0, message })
         };
         let entries: Option<Vec<Entry>> = self.scans.iter().map(entry).collect();
         entries.ok_or_else(|| {

@@ -125,10 +125,12 @@ fn checked_options<'a>(path: &Path, options: &'a LogOptions) -> Result<&'a MadeW
         return Err(LogError::missing(path, problem, LogSetting::MadeWith, "TRAJECTORY"));
     };
     let refused = match options {
+        LogOptions { scan_frame: Some(frame), .. } => Some((LogSetting::ScanFrame, frame.clone())),
         LogOptions { topic: Some(topic), .. } => Some((LogSetting::Topic, topic.clone())),
         LogOptions { point_time, .. } if *point_time != PointTime::Auto => {
             Some((LogSetting::PointTime, point_time.to_string()))
         }
+        LogOptions { point_time_field: Some(field), .. } => Some((LogSetting::PointTimeField, field.clone())),
         LogOptions { stamp_at, .. } if *stamp_at != StampAt::Start => {
             Some((LogSetting::StampAt, stamp_at.name().to_owned()))
         }

@@ -5,8 +5,8 @@ use super::times;
 use crate::file::DamageList;
 use crate::logs::scan_folder::scan_file::ScanFormat;
 use crate::points::{
-    FieldExtremes, Origin, TimeChoice, TimeRule, TimeUnit, choose_time, frames_to_look_at, no_field,
-    odd_times, time_fields,
+    FieldExtremes, Origin, TimeChoice, TimeFields, TimeRule, TimeUnit, choose_time, frames_to_look_at,
+    no_field, odd_times,
 };
 use crate::{Damage, LogError, LogOptions, LogSetting, shown_path};
 use std::path::{Path, PathBuf};
@@ -30,7 +30,9 @@ impl ScanFolder {
             return Ok(());
         }
         let Some(layout) = self.first_layout().filter(|_| self.summary.returns > 0) else { return Ok(()) };
-        if TimeRule::given(options.point_time).is_some() && time_fields(layout).is_empty() {
+        let asked = options.point_time_field.as_deref();
+        let fields = TimeFields::of(layout, asked);
+        if asked.is_none() && TimeRule::given(options.point_time).is_some() && fields.named.is_empty() {
             let problem = format!(
                 "was given, but the points have no field for a time among [{}], and there is no folder times/ beside the scans",
                 layout.names().join(", ")
@@ -38,7 +40,7 @@ impl ScanFolder {
             return Err(LogError::setting(&folder, LogSetting::PointTime, options.point_time, problem));
         }
         let mut notes = self.summary.notes.clone();
-        let look = || self.extremes(&time_fields(layout));
+        let look = || self.extremes(&fields.all());
         let choice = choose_time(&folder, layout, options, self.summary.period_ns, &mut notes, look);
         self.summary.notes = notes;
         let Some(choice) = choice? else { return Ok(()) };
@@ -53,7 +55,7 @@ impl ScanFolder {
         self.entries.retain(|entry| {
             let layout = layouts.get(entry.layout);
             let kept =
-                entry.points == 0 || layout.is_some_and(|layout| layout.field(&choice.field).is_some());
+                entry.points == 0 || layout.is_some_and(|layout| layout.time_field(&choice.field).is_some());
             if !kept {
                 damage.push(Damage::new(shown_path(&entry.file.path), no_field(&choice.field)));
             }
@@ -85,7 +87,7 @@ impl ScanFolder {
             let Some(entry) = self.entries.get(frame) else { continue };
             let rows = self.rows_of(entry, &mut data)?;
             for (field, seen) in fields.iter().zip(&mut seen_of_fields) {
-                let extremes = rows.layout.field(field).and_then(|field| rows.extremes(field));
+                let extremes = rows.layout.time_field(field).and_then(|field| rows.extremes(field));
                 if let Some((smallest, largest)) = extremes {
                     let stamp_ns = entry.stamp_ns.unwrap_or(0);
                     seen.push(FieldExtremes { frame, stamp_ns, smallest, largest });

@@ -98,7 +98,10 @@ impl ScanReader for FolderReader<'_> {
         scan.stamp_ns = entry.stamp_ns;
         let rows = log.rows_of(entry, &mut self.data)?;
         let in_rows = log.time.as_ref().filter(|_| log.times.is_none());
-        rows.append_to(in_rows.and_then(|time| Some((rows.layout.field(&time.field)?, time.rule))), scan);
+        rows.append_to(
+            in_rows.and_then(|time| Some((rows.layout.time_field(&time.field)?, time.rule))),
+            scan,
+        );
         match (&log.times, &log.time) {
             (Some(folder), Some(time)) => {
                 read_times(folder, time.rule, entry, &log.count, &mut self.data, scan)

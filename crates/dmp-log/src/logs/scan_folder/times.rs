@@ -7,7 +7,7 @@ use crate::points::{
     ENOUGH, FieldExtremes, Origin, PointTime, RawTime, TimeChoice, TimeRule, TimeUnit, USUAL_PERIOD_NS,
     counts_from_stamp, frames_to_look_at, place_stamp,
 };
-use crate::{LogError, LogOptions, shown_path};
+use crate::{LogError, LogOptions, LogSetting, shown_path};
 use dmp_sensor::Scan;
 use std::collections::BTreeMap;
 use std::fs;
@@ -38,6 +38,10 @@ pub(super) fn choose(
     if options.point_time == PointTime::Ignore {
         notes.push(format!("{}: not used, as was asked", shown_path(folder)));
         return Ok(None);
+    }
+    if let Some(asked) = &options.point_time_field {
+        let problem = format!("was given, but the times of points are in {}", shown_path(folder));
+        return Err(LogError::setting(folder, LogSetting::PointTimeField, asked, problem));
     }
     let given = TimeRule::given(options.point_time);
     let rule = given.unwrap_or(TimeRule::new(TimeUnit::Seconds, Origin::Stamp));

@@ -75,7 +75,13 @@ impl IndexedBag {
     /// The bag as it would be at `path`; nobody looks whether it is.
     pub(crate) fn at(&self, path: &Path) -> Bag {
         let files = self.files.iter().map(|file| (path_of(path, &file.name), file.kind)).collect();
-        Bag { path: path.into(), files, is_rosbag2: self.is_rosbag2, count: ReadCount::default() }
+        Bag {
+            path: path.into(),
+            files,
+            missing: Vec::new(),
+            is_rosbag2: self.is_rosbag2,
+            count: ReadCount::default(),
+        }
     }
 
     /// Where a message lies; `None` where the bag has no such file.

@@ -9,8 +9,15 @@ use std::path::{Path, PathBuf};
 /// Largest metadata that is read. It has a few lines for a topic and for a file.
 const MAX_METADATA_BYTES: u64 = 16 << 20;
 
-/// The bag's files in a folder, in order; `None` where there are none.
-pub(super) fn files_of(folder: &Path) -> Result<Option<Vec<PathBuf>>, LogError> {
+/// The files of a bag, in order, and what its metadata names and is not there any more.
+#[derive(Debug, Default, PartialEq, Eq)]
+pub(super) struct BagFiles {
+    pub(super) files: Vec<PathBuf>,
+    pub(super) missing: Vec<String>,
+}
+
+/// The bag's files in a folder; `None` where there are none.
+pub(super) fn files_of(folder: &Path) -> Result<Option<BagFiles>, LogError> {
     let path = folder.join("metadata.yaml");
     if is_file(&path)? {
         return named_files(folder, &path).map(Some);
@@ -23,7 +30,7 @@ pub(super) fn files_of(folder: &Path) -> Result<Option<Vec<PathBuf>>, LogError> 
     }
     match files.len() {
         0 => Ok(None),
-        1 => Ok(Some(files)),
+        1 => Ok(Some(BagFiles { files, missing: Vec::new() })),
         several => {
             let problem = format!("{several} bags in the folder and no metadata.yaml: name one of them");
             Err(LogError::Option { path: folder.into(), problem })
@@ -31,8 +38,8 @@ pub(super) fn files_of(folder: &Path) -> Result<Option<Vec<PathBuf>>, LogError> 
     }
 }
 
-/// The files that the metadata names, all of them there.
-fn named_files(folder: &Path, path: &Path) -> Result<Vec<PathBuf>, LogError> {
+/// The files that the metadata names, one of them there at least.
+fn named_files(folder: &Path, path: &Path) -> Result<BagFiles, LogError> {
     let bytes = read_text(path, "metadata", MAX_METADATA_BYTES)?;
     let metadata = parse_metadata(&bytes).map_err(|e| e.in_file(path))?;
     let is_packed_by_file = metadata.compression_mode.eq_ignore_ascii_case("file");
@@ -59,7 +66,11 @@ fn named_files(folder: &Path, path: &Path) -> Result<Vec<PathBuf>, LogError> {
             "it names no files under relative_file_paths",
         ));
     }
-    let found = |(line, name): &(u64, String)| {
+    let not_there = |line: u64, name: &str| {
+        let problem = format!("the file `{}` that it names is not there", shorten(name));
+        LogError::malformed(path, PlaceInFile::Line(line), problem)
+    };
+    let found = |(line, name): &'_ (u64, String)| -> Result<Result<PathBuf, String>, LogError> {
         // What describes a bag comes from elsewhere: it names no files but the bag's own.
         // Files that were packed may lie there unpacked, under the name without `.zstd`.
         let name = if is_packed_by_file { name.strip_suffix(".zstd").unwrap_or(name) } else { name };
@@ -67,13 +78,11 @@ fn named_files(folder: &Path, path: &Path) -> Result<Vec<PathBuf>, LogError> {
         // Old versions write the folder's own name in front.
         let file_name = Path::new(name).file_name().unwrap_or_default();
         let places = inside.map(|name| folder.join(name)).into_iter().chain([folder.join(file_name)]);
-        first_file(places)?.ok_or_else(|| {
-            if is_packed_by_file {
-                return packed();
-            }
-            let problem = format!("the file `{}` that it names is not there", shorten(name));
-            LogError::malformed(path, PlaceInFile::Line(*line), problem)
-        })
+        let file = first_file(places)?;
+        if file.is_none() && (inside.is_none() || is_packed_by_file) {
+            return Err(if is_packed_by_file { packed() } else { not_there(*line, name) });
+        }
+        Ok(file.ok_or_else(|| name.to_owned()))
     };
     let mut met = BTreeSet::new();
     for (line, name) in &metadata.files {
@@ -82,7 +91,17 @@ fn named_files(folder: &Path, path: &Path) -> Result<Vec<PathBuf>, LogError> {
             return Err(LogError::malformed(path, PlaceInFile::Line(*line), problem));
         }
     }
-    metadata.files.iter().map(found).collect()
+    let mut bag = BagFiles::default();
+    for file in &metadata.files {
+        match found(file)? {
+            Ok(file) => bag.files.push(file),
+            Err(name) => bag.missing.push(name),
+        }
+    }
+    match metadata.files.first().filter(|_| bag.files.is_empty()) {
+        Some((line, name)) => Err(not_there(*line, name)),
+        None => Ok(bag),
+    }
 }
 
 #[derive(Debug, Default, PartialEq, Eq)]
@@ -197,7 +216,12 @@ mod tests {
             assert!(error.contains("line 3: the file `") && error.ends_with("is not there"), "{error}");
         }
         fs::write(folder.join("a.mcap"), "").unwrap();
-        assert_eq!(files_of(&folder).unwrap().unwrap(), [folder.join("a.mcap")]);
+        assert_eq!(files_of(&folder).unwrap().unwrap().files, [folder.join("a.mcap")]);
+        // What is gone is named, where something is left.
+        let list = "rosbag2_bagfile_information:\n  relative_file_paths: [a.mcap, b.mcap]\n";
+        fs::write(folder.join("metadata.yaml"), list).unwrap();
+        let expected = BagFiles { files: vec![folder.join("a.mcap")], missing: vec!["b.mcap".to_owned()] };
+        assert_eq!(files_of(&folder).unwrap().unwrap(), expected);
     }
 
     #[test]

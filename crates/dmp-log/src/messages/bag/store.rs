@@ -5,7 +5,7 @@ use super::chunked::Framing;
 use super::location::{Location, Within};
 use super::topics::Topics;
 use super::{chunked, rosbag2, sqlite};
-use crate::file::{DamageList, ReadCount};
+use crate::file::{DamageList, ReadCount, shorten};
 use crate::{Damage, LogError};
 use std::ffi::OsStr;
 use std::io;
@@ -45,6 +45,8 @@ pub(crate) struct Bag {
     /// The file or folder that was named.
     pub(super) path: PathBuf,
     pub(super) files: Vec<(PathBuf, FileKind)>,
+    /// Files that its metadata names and that are not there any more.
+    pub(super) missing: Vec<String>,
     pub(super) is_rosbag2: bool,
     pub(super) count: ReadCount,
 }
@@ -68,6 +70,7 @@ impl Bag {
         Some(Self {
             path: path.into(),
             files: vec![(path.into(), kind)],
+            missing: Vec::new(),
             is_rosbag2: false,
             count: ReadCount::default(),
         })
@@ -76,7 +79,7 @@ impl Bag {
     /// The bag in a folder: the files that its `metadata.yaml` names, or its only `.mcap` or `.db3` file, or without those its only `.bag`;
     /// `None` where there is neither.
     pub(crate) fn of_folder(path: &Path) -> Result<Option<Self>, LogError> {
-        let Some(files) = rosbag2::files_of(path)? else { return Ok(None) };
+        let Some(rosbag2::BagFiles { files, missing }) = rosbag2::files_of(path)? else { return Ok(None) };
         let kind_of = |file: PathBuf| {
             let kind = match file.extension().and_then(OsStr::to_str) {
                 Some("db3") => FileKind::Sqlite,
@@ -86,12 +89,25 @@ impl Bag {
             (file, kind)
         };
         let files = files.into_iter().map(kind_of).collect();
-        Ok(Some(Self { path: path.into(), files, is_rosbag2: true, count: ReadCount::default() }))
+        Ok(Some(Self { path: path.into(), files, missing, is_rosbag2: true, count: ReadCount::default() }))
     }
 
     /// The file or folder that was named.
     pub(crate) fn path(&self) -> &Path {
         &self.path
+    }
+
+    /// What its metadata names and is not there, in words.
+    pub(crate) fn missing_files(&self) -> Option<String> {
+        let names: Vec<String> =
+            self.missing.iter().take(5).map(|name| format!("`{}`", shorten(name))).collect();
+        let more = if self.missing.len() > names.len() { ", …" } else { "" };
+        (!names.is_empty()).then(|| {
+            format!(
+                "metadata.yaml names files that are not there, whose messages are missing: {}{more}",
+                names.join(", ")
+            )
+        })
     }
 
     pub(crate) fn format(&self) -> crate::LogFormat {

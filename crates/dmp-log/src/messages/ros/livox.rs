@@ -6,6 +6,8 @@
 
 use super::cloud::Cloud;
 use super::wire::{WireError, WireReader};
+use crate::TimeUnit;
+use crate::file::unit_since_1970;
 use crate::points::{Field, Layout, NumberType};
 use dmp_lengths::thousands;
 
@@ -24,7 +26,7 @@ const FIELDS: [(&str, usize, NumberType); 7] = [
 /// Reads and checks a message.
 pub(super) fn parse(mut message: WireReader<'_>) -> Result<Cloud<'_>, WireError> {
     let (stamp_ns, frame_id) = message.header()?;
-    let _timebase = message.u64("timebase")?;
+    let timebase_ns = i64::try_from(message.u64("timebase")?).unwrap_or(0);
     let _point_num = message.u32("point_num")?;
     let _lidar_id = message.u8("lidar_id")?;
     for _ in 0..3 {
@@ -43,5 +45,18 @@ pub(super) fn parse(mut message: WireReader<'_>) -> Result<Cloud<'_>, WireError>
     let named = FIELDS.map(|(name, offset, kind)| (name.to_owned(), Field { offset, kind }));
     let layout = Layout::new(named.into(), big_endian, step).map_err(WireError)?;
     let data = data.get(..needed).unwrap_or_default();
-    Ok(Cloud { stamp_ns, frame_id, layout, width: count, height: 1, row_step: data.len(), data })
+    // Times count from the time base, which is the stamp, where the header has one.
+    let is_stamped_by_points =
+        stamp_ns == 0 && unit_since_1970(timebase_ns as f64) == Some(TimeUnit::Nanoseconds);
+    let stamp_ns = if is_stamped_by_points { timebase_ns } else { stamp_ns };
+    Ok(Cloud {
+        stamp_ns,
+        is_stamped_by_points,
+        frame_id,
+        layout,
+        width: count,
+        height: 1,
+        row_step: data.len(),
+        data,
+    })
 }

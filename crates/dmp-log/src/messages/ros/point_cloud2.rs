@@ -41,7 +41,8 @@ pub(super) fn parse(mut message: WireReader<'_>) -> Result<Cloud<'_>, WireError>
     let returns = u64::from(height) * u64::from(width);
     let layout = layout_of(&fields, big_endian, point_step, returns == 0).map_err(WireError)?;
     let row_step = check_size(height, width, point_step, row_step, data.len() as u64).map_err(WireError)?;
-    Ok(Cloud { stamp_ns, frame_id, layout, width: width as usize, height: height as usize, row_step, data })
+    let [width, height] = [width, height].map(|count| count as usize);
+    Ok(Cloud { stamp_ns, is_stamped_by_points: false, frame_id, layout, width, height, row_step, data })
 }
 
 fn layout_of(

@@ -46,6 +46,6 @@ impl ScanCoding {
             ScanType::PointCloud2 => point_cloud2::parse(message),
             ScanType::LivoxCustom => livox::parse(message),
         });
-        cloud.map_err(|WireError(problem)| problem)
+        cloud.map(Cloud::stamped).map_err(|WireError(problem)| problem)
     }
 }

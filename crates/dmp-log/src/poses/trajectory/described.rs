@@ -54,10 +54,25 @@ pub(super) fn has_decimal_commas(line: &str) -> bool {
     !line.contains('.') && count >= 3 && 2 * count >= words.len()
 }
 
+/// Whether a line is one of COLMAP's `images.txt`: a number, a quaternion w x y z, a place, a camera, the name of an image.
+fn is_colmap(columns: &[&str]) -> bool {
+    let [id, qw, qx, qy, qz, _, _, _, camera, name] = columns else { return false };
+    let is_whole = |word: &&&str| word.parse::<u64>().is_ok();
+    let quaternion = numbers_of(&[qw, qx, qy, qz]);
+    [id, camera].iter().all(is_whole)
+        && name.parse::<f64>().is_err()
+        && quaternion.is_some_and(|quaternion| may_be_quaternion(&quaternion))
+}
+
 /// What a line holds, in words, so that its columns can be named.
 pub(super) fn described(columns: &[&str]) -> String {
     let count = columns.len();
-    let Some(numbers) = numbers_of(columns) else {
+    if is_colmap(columns) {
+        return "a line of COLMAP's images.txt: camera_from_world by image, without stamps".to_owned();
+    }
+    // A pose that is not known is NaN in some.
+    let numbers: Option<Vec<f64>> = columns.iter().map(|column| column.parse().ok()).collect();
+    let Some(numbers) = numbers else {
         let first = shorten(columns.first().copied().unwrap_or_default());
         return format!("{count} columns starting with `{first}`, not all of them numbers");
     };
@@ -87,8 +102,13 @@ pub(super) fn described(columns: &[&str]) -> String {
                 ));
             }
             let angles = &numbers[count.saturating_sub(3)..];
-            if (6..=7).contains(&count) && angles.iter().all(|angle| angle.abs() < std::f64::consts::TAU) {
-                said.push("the last three may be angles, which are not read: write quaternions".to_owned());
+            if (6..=7).contains(&count) && angles.iter().all(|angle| angle.abs() <= 360.0) {
+                said.push(
+                    "the last three may be Euler angles, which are not read: write quaternions".to_owned(),
+                );
+            }
+            if numbers.iter().any(|number| number.is_nan()) {
+                said.push("some are NaN".to_owned());
             }
         }
     }
@@ -109,7 +129,9 @@ mod tests {
             // TIERS: a row number before TUM's columns.
             ("17 1700000000.5 1 2 3 0 0 0.6 0.8", "columns 6 to 9 have the length of a quaternion"),
             // NCLT: angles.
-            ("1328456140000000,1.5,2.5,0.1,0.01,-0.02,3.1", "may be angles"),
+            ("1328456140000000,1.5,2.5,0.1,0.01,-0.02,3.1", "may be Euler angles"),
+            ("1326030975726043,nan,nan,nan,nan,nan,nan", "some are NaN"),
+            ("1 0.8 0 0 0.6 1 2 3 1 left/1.png", "COLMAP's images.txt"),
             // MulRan: a matrix behind the stamp.
             (
                 "1564718964045 1 0 0 353000 0 1 0 4025000 0 0 1 20",

@@ -2,10 +2,10 @@
 
 use super::described::{described, has_decimal_commas, has_matrix, may_be_quaternion, numbers_of};
 use super::{euroc, matrices, npy, redwood};
-use crate::file::{lines, shorten};
+use crate::file::{lines, shorten, unit_since_1970};
 use crate::logs::{ROS1_ADVICE, ROS1_MAGIC};
 use crate::poses::g2o;
-use crate::poses::trajectory::named::header;
+use crate::poses::trajectory::named::{find_by_values, header};
 use crate::{LogError, ParseError, PlaceInFile, TimeUnit};
 use dmp_lengths::thousands;
 use std::fmt;
@@ -15,7 +15,7 @@ use std::str::FromStr;
 /// The formats of trajectories.
 ///
 /// As text (`FromStr`, `Display`): `tum`, `kitti`, `euroc`, `npy`, `g2o`, `redwood`,
-/// `matrices`, `csv`.
+/// `matrices`, `numbered`, `csv`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum TrajectoryFormat {
@@ -33,13 +33,20 @@ pub enum TrajectoryFormat {
     RedwoodLog,
     /// Lines of `stamp` and the numbers of a 3 × 4 or 4 × 4 matrix.
     Matrices,
-    /// Lines with columns in any order, and a line with their names.
+    /// Lines of the number of a frame and the numbers of a 3 × 4 or 4 × 4 matrix.
+    Numbered,
+    /// Lines with columns in any order: by a line with their names, or by their values where these leave one reading.
     Csv,
 }
 
+/// Fewer lines may be in any order.
+const FEW_STEPS: usize = 8;
+/// A first column that falls more often than at one of so many steps is no stamp.
+const FALLS_OF_STEPS: usize = 4;
+
 impl TrajectoryFormat {
     /// Every format.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Tum,
         Self::Kitti,
         Self::Euroc,
@@ -47,6 +54,7 @@ impl TrajectoryFormat {
         Self::G2o,
         Self::RedwoodLog,
         Self::Matrices,
+        Self::Numbered,
         Self::Csv,
     ];
 
@@ -60,6 +68,7 @@ impl TrajectoryFormat {
             Self::G2o => ("g2o", "g2o"),
             Self::RedwoodLog => ("Redwood .log", "redwood"),
             Self::Matrices => ("stamped matrices", "matrices"),
+            Self::Numbered => ("numbered matrices", "numbered"),
             Self::Csv => ("csv", "csv"),
         }
     }
@@ -67,6 +76,11 @@ impl TrajectoryFormat {
     /// Its name for people.
     pub fn name(self) -> &'static str {
         self.names().0
+    }
+
+    /// The same where stamps have a unit: then the first numbers count no frames.
+    pub(super) fn with_stamps_in(self, unit: Option<TimeUnit>) -> Self {
+        if self == Self::Numbered && unit.is_some() { Self::Matrices } else { self }
     }
 
     /// Whether its poses have stamps of their own.
@@ -93,8 +107,52 @@ impl FromStr for TrajectoryFormat {
     }
 }
 
-/// The format of a file: an array by its first bytes, text by its first line with data.
+/// The format of a file: an array by its first bytes, text by its first line with data. Numbers without names are stamps only if
+/// they rise.
 pub(super) fn find_format(path: &Path, bytes: &[u8]) -> Result<TrajectoryFormat, LogError> {
+    let format = by_start(path, bytes)?;
+    let is_stamped = matches!(
+        format,
+        TrajectoryFormat::Tum
+            | TrajectoryFormat::Euroc
+            | TrajectoryFormat::Matrices
+            | TrajectoryFormat::Numbered
+    );
+    match falling(bytes).filter(|_| is_stamped) {
+        Some((place, problem)) => Err(LogError::malformed(path, place, problem)),
+        None => Ok(format),
+    }
+}
+
+/// Where the first column first falls, if it falls so often that it is no stamp.
+fn falling(bytes: &[u8]) -> Option<(PlaceInFile, String)> {
+    let (mut steps, mut falls, mut first, mut last) = (0_usize, 0_usize, None, None);
+    for line in lines(bytes) {
+        // What is wrong in a line is reported where it is parsed.
+        let (place, columns) = line.ok()?;
+        let stamp = columns.first()?.parse::<f64>().ok()?;
+        if let Some(before) = last.replace(stamp) {
+            steps += 1;
+            if stamp < before {
+                falls += 1;
+                first.get_or_insert((place, before, stamp));
+            }
+        }
+    }
+    let (place, before, stamp) = first?;
+    let is_time = unit_since_1970(before).is_some() && unit_since_1970(stamp).is_some();
+    (!is_time && steps >= FEW_STEPS && FALLS_OF_STEPS * falls > steps).then(|| {
+        let problem = format!(
+            "column 1 falls from {before} to {stamp}, and in {} of {} lines: no stamps. Name the columns in a first line, as \
+             timestamp,tx,ty,tz,qx,qy,qz,qw",
+            thousands(falls),
+            thousands(steps)
+        );
+        (place, problem)
+    })
+}
+
+fn by_start(path: &Path, bytes: &[u8]) -> Result<TrajectoryFormat, LogError> {
     if bytes.starts_with(npy::MAGIC) {
         return Ok(TrajectoryFormat::Npy);
     }
@@ -130,8 +188,8 @@ pub(super) fn find_format(path: &Path, bytes: &[u8]) -> Result<TrajectoryFormat,
     let has_quaternion = numbers
         .get(4..8)
         .is_none_or(|quaternion| numbers.len() < columns.len() || may_be_quaternion(quaternion));
-    if matrices::is_line(&columns) {
-        return Ok(TrajectoryFormat::Matrices);
+    if let Some(is_frame) = matrices::is_line(&columns) {
+        return Ok(if is_frame { TrajectoryFormat::Numbered } else { TrajectoryFormat::Matrices });
     }
     if is_euroc && has_quaternion {
         return Ok(TrajectoryFormat::Euroc);
@@ -141,13 +199,8 @@ pub(super) fn find_format(path: &Path, bytes: &[u8]) -> Result<TrajectoryFormat,
     }
     match columns.len() {
         8 if has_quaternion => Ok(TrajectoryFormat::Tum),
-        12 => Ok(TrajectoryFormat::Kitti),
-        16 if has_matrix(&numbers, 0) => Ok(TrajectoryFormat::Kitti),
-        13 | 17 if has_matrix(&numbers, 1) => refuse(format!(
-            "{} columns: a frame number and a matrix. Frames may be missing, so write the stamp of each frame in the place of its \
-             number",
-            columns.len()
-        )),
+        12 | 16 if has_matrix(&numbers, 0) => Ok(TrajectoryFormat::Kitti),
+        _ if find_by_values(bytes).is_some() => Ok(TrajectoryFormat::Csv),
         _ => refuse(format!(
             "{}. This is neither TUM (stamp tx ty tz qx qy qz qw) nor EuRoC (stamp_ns,x,y,z,qw,qx,qy,qz) nor KITTI (12 numbers) nor \
              a stamp and a matrix, g2o, Redwood or .npy: name the columns in a first line, as timestamp,tx,ty,tz,qx,qy,qz,qw",

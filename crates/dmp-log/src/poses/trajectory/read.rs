@@ -8,15 +8,19 @@ use super::euroc::parse_euroc_in;
 use super::format::{TrajectoryFormat, find_format, no_poses};
 use super::g2o::{GraphVertices, parse_g2o};
 use super::kitti::parse_kitti;
-use super::matrices::parse_matrices_in;
+use super::matrices::{self, parse_matrices_in};
 use super::npy::{self, parse_npy};
-use super::redwood::parse_redwood_log;
+use super::redwood::{self, parse_redwood_log};
 use super::stamps;
 use super::tum::parse_tum_in;
-use crate::file::{ReadCount, fingerprint, is_cut, start_of, text, unit_of_large_numbers, unit_of_lines};
+use crate::file::{
+    MAX_LINE_BYTES, ReadCount, fingerprint, is_cut, open_sized, start_of, text, unit_of_large_numbers,
+    unit_of_lines,
+};
 use crate::logs::ROS1_MAGIC;
 use crate::poses::trajectory::named::parse_csv_in;
 use crate::{LogError, TimeUnit};
+use std::io::{BufRead as _, Read as _};
 use std::path::Path;
 
 /// Largest trajectory that is read. A day at 200 poses a second has 2 GiB; more is another file.
@@ -75,9 +79,9 @@ pub fn read_trajectory_as(
     let fingerprint =
         fingerprint::of_file(path, &ReadCount::default()).map_err(|e| LogError::io(path, "read", e))?;
     let mut notes = Vec::new();
-    let format = match format {
-        Some(format) => format,
-        None => find_format(path, &bytes)?,
+    let format = match (format, unit) {
+        (Some(format), _) => format,
+        (None, unit) => find_format(path, &bytes)?.with_stamps_in(unit),
     };
     let in_file = |error: TrajectoryParseError| match error {
         TrajectoryParseError::Poses(dmp_sensor::TrajectoryError::Empty) => no_poses(&bytes).in_file(path),
@@ -101,6 +105,7 @@ pub fn read_trajectory_as(
             let problem = format!("a unit of time was given, but a {} file has no stamps", format.name());
             return Err(LogError::Option { path: path.to_owned(), problem });
         }
+        TrajectoryFormat::Numbered => matrices::read_numbered(path, &bytes, &mut notes)?,
         TrajectoryFormat::Kitti | TrajectoryFormat::Npy | TrajectoryFormat::RedwoodLog => {
             let parsed = match format {
                 TrajectoryFormat::Kitti => parse_kitti(&bytes),
@@ -116,6 +121,36 @@ pub fn read_trajectory_as(
     }
     let TrajectoryRepairs { trajectory, out_of_order, repeated } = repairs;
     Ok(TrajectoryFile { format, trajectory, out_of_order, repeated, notes, fingerprint })
+}
+
+/// How many poses a file has at most, and its bytes, by its lines: it is read in pieces and not held.
+///
+/// # Errors
+/// When the file cannot be read.
+pub fn poses_at_most(path: &Path) -> Result<(u64, u64), LogError> {
+    /// Of a matrix of float32.
+    const LEAST_ARRAY_BYTES: u64 = 12 * 4;
+    let start = start_of(path)?;
+    let (mut file, bytes) = open_sized(path)?;
+    if start.starts_with(npy::MAGIC) {
+        return Ok((bytes / LEAST_ARRAY_BYTES, bytes));
+    }
+    let failed = |error| LogError::io(path, "read", error);
+    let (mut lines, mut is_redwood, mut line) = (0, None, Vec::new());
+    while file.by_ref().take(MAX_LINE_BYTES).read_until(b'\n', &mut line).map_err(failed)? > 0 {
+        let text = line.trim_ascii();
+        // Edges of a graph are no poses.
+        if !text.is_empty() && !text.starts_with(b"#") && !text.starts_with(b"EDGE") {
+            lines += 1;
+            is_redwood.get_or_insert_with(|| {
+                let columns: Vec<&str> =
+                    std::str::from_utf8(text).unwrap_or("").split_ascii_whitespace().collect();
+                redwood::is_head(&columns)
+            });
+        }
+        line.clear();
+    }
+    Ok((if is_redwood == Some(true) { lines / 5 } else { lines }, bytes))
 }
 
 fn of_graph(graph: GraphVertices, notes: &mut Vec<String>) -> TrajectoryRepairs {

@@ -15,9 +15,7 @@ pub(super) fn from_times_beside(
     notes: &mut Vec<String>,
 ) -> Result<TrajectoryRepairs, LogError> {
     let times = path.with_file_name("times.txt");
-    if times != path && is_file(&times)? {
-        let text = read_text(&times, "list of stamps", MAX_STAMPS_BYTES)?;
-        let stamps_ns = parse_times(&text).map_err(|e| e.in_file(&times))?;
+    if let Some(stamps_ns) = times_beside(path)? {
         if stamps_ns.len() == trajectory.len() {
             notes.push(format!("stamps from {}", shown_path(&times)));
             let poses = stamps_ns.into_iter().zip(trajectory.poses().iter().copied()).collect();
@@ -34,4 +32,14 @@ pub(super) fn from_times_beside(
         notes.push("no stamps: the n-th pose belongs to the n-th scan".into());
     }
     Ok(TrajectoryRepairs { trajectory, out_of_order: 0, repeated: 0 })
+}
+
+/// The stamps of a `times.txt` beside a file, nanoseconds.
+pub(super) fn times_beside(path: &Path) -> Result<Option<Vec<i64>>, LogError> {
+    let times = path.with_file_name("times.txt");
+    if times == path || !is_file(&times)? {
+        return Ok(None);
+    }
+    let text = read_text(&times, "list of stamps", MAX_STAMPS_BYTES)?;
+    parse_times(&text).map(Some).map_err(|e| e.in_file(&times))
 }

@@ -7,7 +7,7 @@ use std::sync::{Mutex, PoisonError};
 use anyhow::{Context as _, bail};
 use dmp::{EvaluateError, FrameSums, Means, Note, Report, Run, ScoredReturns, Settings, Sink, Stage};
 use dmp_draw::text;
-use dmp_log::{ResidualFormat, ScanLog, ScoredPoint};
+use dmp_log::{CloudFormat, LAS_REACH_M, ResidualFormat, ScanLog, ScoredPoint};
 use dmp_map::Store;
 
 use super::args::Outputs;
@@ -18,7 +18,7 @@ use super::scene::Scene;
 use super::sketch::{Drawn, Sketch, Wanted};
 use super::spool::Spool;
 use super::{page, per_frame, per_tile, residuals};
-use crate::console::{Common, Hosted, Progress, Usage, say};
+use crate::console::{Common, Hosted, Progress, Usage, is_interrupt, say};
 
 /// Follows an evaluation: shows its progress and keeps what is to be written.
 #[derive(Debug)]
@@ -60,6 +60,9 @@ impl<'a> Recorder<'a> {
                 bail!(Usage(format!(
                     "{path}: the log has no stamps, which MCAP needs; try .laz, .ply or .pcd"
                 )));
+            }
+            if let ResidualFormat::Cloud(CloudFormat::Las | CloudFormat::Laz) = file.format {
+                in_reach_of_las(&file.path, &runs[run], log, settings)?;
             }
             let name = runs[run].name.clone();
             let is_fused = runs[run].map == dmp::MapSource::Fused;
@@ -116,12 +119,12 @@ impl<'a> Recorder<'a> {
         }
     }
 
-    /// The evaluation is over: its report, unless what was to be written could not be kept.
+    /// The evaluation is over: its report, and what is to be written, as far as it could be kept.
     pub(crate) fn end(self, evaluated: Result<Report, EvaluateError>) -> anyhow::Result<(Report, Recorded)> {
-        if let Some(error) = self.failure.into_inner().unwrap_or_else(PoisonError::into_inner) {
-            return Err(error).with_context(|| waits_in(self.work_folder));
-        }
+        let failure = self.failure.into_inner().unwrap_or_else(PoisonError::into_inner);
+        let failure = failure.map(|error| anyhow::Error::new(error).context(waits_in(self.work_folder)));
         let recorded = Recorded {
+            failure,
             progress: self.progress,
             host: self.host,
             start_ns: self.log.summary().span_ns.map(|(first_ns, _)| first_ns),
@@ -137,6 +140,40 @@ impl<'a> Recorder<'a> {
         };
         Ok((evaluated?, recorded))
     }
+}
+
+/// Refuses LAS for a run of which a pose during the log lies further from the first than LAS can say.
+fn in_reach_of_las(path: &Path, run: &Run, log: &dyn ScanLog, settings: &Settings) -> Result<(), Usage> {
+    let (poses, span_ns) = (run.trajectory.poses(), log.summary().span_ns.zip(run.trajectory.stamps_ns()));
+    let shift_ns = settings.time_offset_ns(run);
+    let is_scanned = |k: &usize| {
+        span_ns.is_none_or(|((first_ns, last_ns), stamps_ns)| {
+            let log_ns = stamps_ns[*k].saturating_sub(shift_ns);
+            (first_ns..=last_ns).contains(&log_ns)
+        })
+    };
+    let mut scanned = (0..poses.len()).filter(is_scanned);
+    let Some(first) = scanned.next() else { return Ok(()) };
+    let reach_m = LAS_REACH_M - 2.0 * settings.max_range_m;
+    let is_far =
+        |&k: &usize| (poses[k].translation.vector - poses[first].translation.vector).amax() > reach_m;
+    let Some(far) = scanned.find(is_far) else { return Ok(()) };
+    let [place, from] = [far, first].map(|k| poses[k].translation.vector);
+    Err(Usage(format!(
+        "{}: LAS reaches {:.0} km from the first point, and run {} has a pose at ({:.1}, {:.1}, {:.1}) m (pose {} of {}), far from \
+         ({:.1}, {:.1}, {:.1}) m: correct that pose, or write .ply, .pcd or .mcap",
+        path.display(),
+        LAS_REACH_M / 1e3,
+        run.name,
+        place.x,
+        place.y,
+        place.z,
+        far + 1,
+        poses.len(),
+        from.x,
+        from.y,
+        from.z,
+    )))
 }
 
 fn waits_in(folder: &Path) -> String {
@@ -157,7 +194,7 @@ impl dmp::Progress for Recorder<'_> {
     }
 
     fn cancelled(&self) -> bool {
-        self.has_failed.load(Ordering::Relaxed) || dmp::Progress::cancelled(&self.progress)
+        dmp::Progress::cancelled(&self.progress)
     }
 }
 
@@ -220,6 +257,8 @@ struct Page {
 
 /// What was gathered.
 pub(crate) struct Recorded {
+    /// Why some of it could not be kept.
+    failure: Option<anyhow::Error>,
     progress: Progress,
     host: Hosted,
     start_ns: Option<i64>,
@@ -234,65 +273,98 @@ pub(crate) struct Recorded {
     rows: Vec<RunRows>,
 }
 
+/// A file that is written, by what is printed of it.
+type Writing<'a> = Box<dyn FnOnce() -> anyhow::Result<(PathBuf, String)> + 'a>;
+
 impl Recorded {
     /// Writes all files, each whole or not at all, until somebody asks to stop. What is written is reported, unless
-    /// `quiet`. `remarks` are sentences for the page.
-    pub(crate) fn write(self, report: &Report, remarks: &[String], quiet: bool) -> anyhow::Result<()> {
-        let report_file = |path: &Path, what: String| {
-            if !quiet {
-                self.progress.suspend(|| say!(self.host, "{}: {what}", path.display()));
+    /// `quiet`; why a file is not, in what is returned: the others are written all the same. `remarks` are sentences for the
+    /// page.
+    ///
+    /// # Errors
+    /// When somebody asks to stop.
+    pub(crate) fn write(
+        self,
+        report: &Report,
+        remarks: &[String],
+        quiet: bool,
+    ) -> anyhow::Result<Vec<anyhow::Error>> {
+        let Self { failure, progress, host, start_ns, threads, residuals, rows, .. } = self;
+        let is_kept = failure.is_none();
+        let failures = Mutex::new(Vec::from_iter(failure));
+        let done = |written: anyhow::Result<(PathBuf, String)>| match written {
+            Ok((path, what)) if !quiet => {
+                progress.suspend(|| say!(host, "{}: {what}", path.display()));
+                Ok(())
+            }
+            Ok(_) => Ok(()),
+            Err(error) if is_interrupt(&error) => Err(error),
+            Err(error) => {
+                failures.lock().unwrap_or_else(PoisonError::into_inner).push(error);
+                Ok(())
             }
         };
+        let (step, go_on) = (|| progress.one_scan(), || host.go_on());
+        let frames = report.sampling.frames_scored;
+        let mut files: Vec<Writing<'_>> = Vec::new();
         if let Some(path) = self.per_tile {
-            self.host.go_on()?;
-            per_tile::write(&path, report, &self.rows)?;
-            report_file(&path, text::counted(report.tiles.len() as u64, "row"));
+            files.push(Box::new(|| {
+                per_tile::write(&path, report, &rows)?;
+                Ok((path, text::counted(report.tiles.len() as u64, "row")))
+            }));
         }
-        if let Some(Page { path, reference }) = self.page {
-            self.host.go_on()?;
+        // What could not be kept is in no file.
+        if let Some(Page { path, reference }) = self.page.filter(|_| is_kept) {
             let drawn = self.drawn.pictures.transpose();
-            let pictures = drawn.with_context(|| format!("{}: cannot draw", path.display()))?;
-            let bytes = page::write(&path, report, pictures.as_ref(), reference.as_deref(), remarks)?;
-            report_file(&path, text::bytes(bytes));
+            files.push(Box::new(move || {
+                let pictures = drawn.with_context(|| format!("{}: cannot draw", path.display()))?;
+                let bytes = page::write(&path, report, pictures.as_ref(), reference.as_deref(), remarks)?;
+                Ok((path, text::bytes(bytes)))
+            }));
         }
-        if let (Some(path), Some(scene)) = (self.scene, self.drawn.scene) {
-            self.host.go_on()?;
-            report_file(&path, scene.and_then(Scene::finish)?);
+        if let (Some(path), Some(scene)) = (self.scene.filter(|_| is_kept), self.drawn.scene) {
+            files.push(Box::new(move || Ok((path, scene.and_then(Scene::finish)?))));
         }
-        if let Some((path, lines)) = self.per_frame {
-            self.host.go_on()?;
-            per_frame::write(&path, report.config.scales, &lines.sorted())?;
-            report_file(&path, text::counted(report.sampling.frames_scored * self.rows.len() as u64, "row"));
+        if let Some((path, lines)) = self.per_frame.filter(|_| is_kept) {
+            files.push(Box::new(|| {
+                per_frame::write(&path, report.config.scales, &lines.sorted())?;
+                Ok((path, text::counted(frames * rows.len() as u64, "row")))
+            }));
         }
-        if let Some(keep) = self.keep {
-            self.progress.scans("writing", report.sampling.frames_scored);
-            let path = keep.path().to_path_buf();
-            let step = || self.progress.one_scan();
-            let bytes = keep.write(report, (&|| self.host.go_on(), &step))?;
-            report_file(&path, text::bytes(bytes));
+        if let Some(keep) = self.keep.filter(|_| is_kept) {
+            files.push(Box::new(|| {
+                progress.scans("writing", frames);
+                let path = keep.path().to_path_buf();
+                let bytes = keep.write(report, (&go_on, &step))?;
+                Ok((path, text::bytes(bytes)))
+            }));
         }
-        if self.residuals.is_empty() {
-            return Ok(());
+        for file in files {
+            host.go_on()?;
+            done(file())?;
         }
-        self.progress.scans("writing", report.sampling.frames_scored * self.residuals.len() as u64);
-        let step = || self.progress.one_scan();
-        let go_on = || self.host.go_on();
-        let (threads, start_ns) = (self.threads.min(self.residuals.len()), self.start_ns);
-        let left = Mutex::new(self.residuals.into_iter());
-        let work = || -> anyhow::Result<()> {
-            loop {
-                let next = left.lock().unwrap_or_else(PoisonError::into_inner).next();
-                let Some(returns) = next else { return Ok(()) };
-                self.host.go_on()?;
-                let (path, name) = (returns.file.path.clone(), returns.name.clone());
-                let points = residuals::write(returns, start_ns, (&go_on, &step))?;
-                report_file(&path, format!("{} of {name}", text::counted(points, "return")));
-            }
-        };
-        std::thread::scope(|scope| {
-            let threads: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
-            let resume = |panic| std::panic::resume_unwind(panic);
-            threads.into_iter().try_for_each(|thread| thread.join().unwrap_or_else(resume))
-        })
+        if is_kept && !residuals.is_empty() {
+            progress.scans("writing", frames * residuals.len() as u64);
+            let threads = threads.min(residuals.len());
+            let left = Mutex::new(residuals.into_iter());
+            let work = || -> anyhow::Result<()> {
+                loop {
+                    let next = left.lock().unwrap_or_else(PoisonError::into_inner).next();
+                    let Some(returns) = next else { return Ok(()) };
+                    host.go_on()?;
+                    let (path, name) = (returns.file.path.clone(), returns.name.clone());
+                    let points = residuals::write(returns, start_ns, (&go_on, &step));
+                    done(
+                        points.map(|points| (path, format!("{} of {name}", text::counted(points, "return")))),
+                    )?;
+                }
+            };
+            std::thread::scope(|scope| {
+                let threads: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
+                let resume = |panic| std::panic::resume_unwind(panic);
+                threads.into_iter().try_for_each(|thread| thread.join().unwrap_or_else(resume))
+            })?;
+        }
+        Ok(failures.into_inner().unwrap_or_else(PoisonError::into_inner))
     }
 }

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::bail;
+use anyhow::{Context as _, bail};
 use dmp::file_stem_of;
 use dmp_log::ResidualFormat;
 
@@ -74,14 +74,23 @@ pub(crate) fn check_html(path: &Path) -> Result<(), Usage> {
     check(path, &["html", "htm"], "a report is")
 }
 
-/// Rejects a missing folder, and a folder in the file's own place.
+fn folder_of(file: &Path) -> &Path {
+    file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+/// Rejects a missing folder, one in which nothing can be written, and a folder in the file's own place.
 pub(crate) fn writable(file: &Path) -> anyhow::Result<()> {
-    let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
-    if let Some(folder) = folder.filter(|folder| !folder.is_dir()) {
+    let folder = folder_of(file);
+    if !folder.is_dir() {
         bail!(Usage(format!("{}: there is no folder {}", file.display(), folder.display())));
     }
     if file.is_dir() {
         bail!(Usage(format!("{}: a folder has this name", file.display())));
+    }
+    // What is there may be a device or a link, and is written through.
+    if !file.exists() {
+        let folder = folder_of(file);
+        tempfile::tempfile_in(folder).with_context(|| format!("{}: cannot write", file.display()))?;
     }
     Ok(())
 }

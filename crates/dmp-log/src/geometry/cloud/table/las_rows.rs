@@ -10,8 +10,10 @@ use las::{Builder, PointData, PointDataBuilder, Transform, Vector, Vlr};
 use super::column::{Column, row_bytes};
 use crate::geometry::cloud::wkt::MetricCrs;
 
-/// Metres of a step. 32 bits of it reach 214 km from the first point.
+/// Metres of a step.
 const STEP_M: f64 = 1e-4;
+/// How far from the first point LAS and LAZ files of scored returns reach along an axis: 32 bits of steps, metres.
+pub const LAS_REACH_M: f64 = STEP_M * i32::MAX as f64;
 /// The smallest of LAS 1.4 that LAZ keeps in layers.
 const POINT_FORMAT: u8 = 6;
 /// Bytes of a point of that format without extra bytes.
@@ -76,9 +78,8 @@ impl LasRows {
 
     /// A coordinate that the format cannot say.
     pub(super) fn too_far(&self, point_m: [f64; 3]) -> Option<f64> {
-        let reach_m = STEP_M * f64::from(i32::MAX);
         // What is not a number is nowhere.
-        let is_near = |k: &usize| (point_m[*k] - self.offset_m[*k]).abs() <= reach_m;
+        let is_near = |k: &usize| (point_m[*k] - self.offset_m[*k]).abs() <= LAS_REACH_M;
         (0..3).find(|k| !is_near(k)).map(|k| point_m[k])
     }
 

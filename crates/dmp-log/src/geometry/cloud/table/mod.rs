@@ -13,6 +13,7 @@ use super::format::CloudFormat;
 use super::wkt::MetricCrs;
 use crate::LogError;
 pub(crate) use column::{Column, Number};
+pub use las_rows::LAS_REACH_M;
 use las_rows::LasRows;
 
 const BUFFER_BYTES: usize = 1 << 18;

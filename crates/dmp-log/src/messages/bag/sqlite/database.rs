@@ -3,10 +3,11 @@
 use crate::file::shorten;
 use crate::messages::bag::basics::{Channel, MAX_MESSAGE_BYTES};
 use dmp_disk::open_input;
+use rusqlite::config::DbConfig;
 use rusqlite::limits::Limit;
 use rusqlite::{Connection, ErrorCode, OpenFlags, OptionalExtension as _};
 use std::collections::BTreeMap;
-use std::io;
+use std::io::{self, Read as _};
 use std::path::Path;
 
 /// The first bytes of every `SQLite` 3 file.
@@ -63,7 +64,17 @@ pub(super) fn open(path: &Path) -> io::Result<Connection> {
     // Without a journal nobody is writing, and the file needs no locks and no folder that can be written to.
     let [log, journal, _] =
         [is_beside(path, "-wal")?, is_beside(path, "-journal")?, is_beside(path, "-shm")?];
-    let connection = if log || journal {
+    let connection = if log && !journal {
+        // What was not yet taken over from the log beside it is read with it. Nobody else may write meanwhile, so that its index
+        // is held in memory and needs no file.
+        let connection =
+            Connection::open_with_flags_and_vfs(path, flags, WITHOUT_LOCKS).and_then(|connection| {
+                connection.set_db_config(DbConfig::SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, true)?;
+                connection.execute_batch("PRAGMA locking_mode = EXCLUSIVE;")?;
+                Ok(connection)
+            });
+        connection
+    } else if journal {
         Connection::open_with_flags(path, flags)
     } else {
         let uri = format!("file:{}?immutable=1", percent_encoded(path));
@@ -71,11 +82,40 @@ pub(super) fn open(path: &Path) -> io::Result<Connection> {
     };
     let connection = connection.map_err(to_io)?;
     connection.set_limit(Limit::SQLITE_LIMIT_LENGTH, MAX_MESSAGE_BYTES as i32).map_err(to_io)?;
+    if bytes_cut_off(path)? > 0 {
+        // Else the library refuses a file that is shorter than its head says, whatever is whole in it.
+        connection.execute_batch("PRAGMA writable_schema = ON;").map_err(to_io)?;
+    }
     // Nothing in the file is to be run, and its cells are checked before they are used.
     let settings = "PRAGMA trusted_schema = OFF; PRAGMA cell_size_check = ON; PRAGMA mmap_size = 0; \
                     PRAGMA query_only = ON; PRAGMA cache_size = -2048;";
     connection.execute_batch(settings).map_err(to_io)?;
     Ok(connection)
+}
+
+/// The files of Unix without locks: they are only read, and an exclusive lock needs a file that can be written to.
+#[cfg(unix)]
+const WITHOUT_LOCKS: &std::ffi::CStr = c"unix-none";
+#[cfg(not(unix))]
+const WITHOUT_LOCKS: &std::ffi::CStr = c"win32-none";
+
+/// How many bytes a file lacks of those that its head promises.
+pub(super) fn bytes_cut_off(path: &Path) -> io::Result<u64> {
+    let mut head = Vec::new();
+    let bytes = path.metadata()?.len();
+    open_input(path)?.take(100).read_to_end(&mut head)?;
+    let (Some(page), Some(pages)) = (
+        head.get(16..).and_then(|rest| rest.first_chunk::<2>()),
+        head.get(28..).and_then(|rest| rest.first_chunk::<4>()),
+    ) else {
+        return Ok(0);
+    };
+    // A page of 65,536 bytes is written as 1.
+    let page_bytes = match u16::from_be_bytes(*page) {
+        1 => 1 << 16,
+        bytes => u64::from(bytes),
+    };
+    Ok((page_bytes * u64::from(u32::from_be_bytes(*pages))).saturating_sub(bytes))
 }
 
 /// Whether there is a file of the same name and this ending. At a pipe the library would wait.

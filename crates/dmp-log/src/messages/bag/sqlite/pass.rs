@@ -1,6 +1,6 @@
 //! Passes over the rows of a file: over all of them, with their messages or without, and over some.
 
-use super::database::{RowPlace, open_bag, to_io};
+use super::database::{RowPlace, bytes_cut_off, open_bag, to_io};
 use crate::Damage;
 use crate::file::{DamageList, shorten};
 use crate::messages::bag::basics::{Channel, FileFound};
@@ -85,13 +85,20 @@ fn read_columns(path: &Path, columns: Columns, each: &mut Each<'_>) -> io::Resul
         ..FileFound::default()
     };
     let mut pass = Pass::new(channels, columns, each);
-    let mut holes = 0;
-    let mut step = 1;
+    let (mut holes, mut step, mut last_lost) = (0, 1, None);
+    let cut_bytes = bytes_cut_off(path)?;
+    if cut_bytes > 0 {
+        let what = format!("the file is cut short: {} bytes of it are missing", thousands(cut_bytes));
+        pass.damage.push(Damage::new(format!("byte {}", found.bytes), what));
+    }
     loop {
         let before = pass.next;
         match pass.messages(&connection) {
             Ok(()) => break,
             Err(error) if holes == MAX_HOLES || before == i64::MAX => {
+                if last_lost == Some(before) {
+                    break;
+                }
                 pass.lost(format!("{}: what follows is lost", shorten(&error.to_string())));
                 break;
             }
@@ -99,10 +106,14 @@ fn read_columns(path: &Path, columns: Columns, each: &mut Each<'_>) -> io::Resul
                 if pass.next != before {
                     step = 1;
                 }
-                pass.lost(format!("{}: messages from here are lost", shorten(&error.to_string())));
+                // Of a hole that is jumped over in several steps only the beginning is named.
+                if last_lost != Some(before) {
+                    pass.lost(format!("{}: messages from here are lost", shorten(&error.to_string())));
+                }
                 let from =
                     if pass.next == i64::MIN { first_row(&connection).unwrap_or(0) } else { pass.next };
                 pass.next = from.saturating_add(step);
+                last_lost = Some(pass.next);
                 step = step.saturating_mul(2);
                 holes += 1;
             }

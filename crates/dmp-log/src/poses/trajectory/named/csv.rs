@@ -4,8 +4,8 @@ use dmp_sensor::{Trajectory, TrajectoryRepairs};
 
 use crate::file::{data_of, found_or, pose_of, shorten, to_ns};
 use crate::poses::trajectory::error::TrajectoryParseError;
-use crate::poses::trajectory::named::header;
 use crate::poses::trajectory::named::header::{Header, StampColumns};
+use crate::poses::trajectory::named::{by_values, header};
 use crate::{ParseError, PlaceInFile, TimeUnit};
 
 /// A line: its numbers, all finite.
@@ -14,8 +14,8 @@ pub(crate) struct Row<'a> {
     pub(crate) place: PlaceInFile,
     pub(crate) stamp: RowStamp<'a>,
     pub(crate) position_m: [f64; 3],
-    /// x, y, z, w.
-    pub(crate) quaternion: [f64; 4],
+    /// x, y, z, w; places may be alone.
+    pub(crate) quaternion: Option<[f64; 4]>,
 }
 
 /// The stamp of a line.
@@ -47,9 +47,9 @@ impl RowStamp<'_> {
     }
 }
 
-/// The line of names of a file that must have one.
+/// Which column is what, by a line of names, or else by the values.
 pub(crate) fn header_of(bytes: &[u8]) -> Result<Header, ParseError> {
-    header::find(bytes)?.ok_or_else(|| {
+    header::find(bytes)?.or_else(|| by_values::find(bytes)).ok_or_else(|| {
         let problem = "no line with the names of columns, such as timestamp,tx,ty,tz,qx,qy,qz,qw";
         ParseError::new(PlaceInFile::WholeFile, problem)
     })
@@ -64,11 +64,12 @@ pub(crate) fn parse_csv_in(
     notes: &mut Vec<String>,
 ) -> Result<TrajectoryRepairs, TrajectoryParseError> {
     let header = header_of(bytes)?;
+    header.rotation()?;
     let unit = unit_in(bytes, &header, unit.or(header.unit()), None, notes)?;
     let mut poses = Vec::new();
     for_each_row(bytes, &header, |row| {
         let stamp_ns = row.stamp.in_ns(unit).map_err(|problem| ParseError::new(row.place, problem))?;
-        poses.push((stamp_ns, pose_of(row.place, row.position_m, row.quaternion)?));
+        poses.push((stamp_ns, pose_of(row.place, row.position_m, row.quaternion.unwrap_or_default())?));
         Ok(())
     })?;
     Ok(Trajectory::stamped(poses)?)
@@ -94,17 +95,25 @@ pub(crate) fn unit_in(
         found_or(otherwise, &stamps, first.unwrap_or(PlaceInFile::WholeFile), notes)?
     };
     let stamp = match header.stamp {
-        StampColumns::One(column, _) => vec![column],
+        StampColumns::One(column, _) | StampColumns::Number(column) => vec![column],
         StampColumns::Two(seconds, ns) => vec![seconds, ns],
     };
-    let used = stamp.iter().chain(&header.place).chain(&header.quaternion);
+    let quaternion = header.quaternion.as_ref().map_or(&[][..], |columns| columns);
+    let used = stamp.iter().chain(&header.place).chain(quaternion);
     let names: Vec<String> = used.map(|&column| shorten(&header.names[column])).collect();
-    let unit_name = match header.stamp {
-        StampColumns::One(..) => unit.name(),
-        StampColumns::Two(..) => "seconds and nanoseconds",
+    let stamps = match header.stamp {
+        StampColumns::One(..) => format!("stamps in {}", unit.name()),
+        StampColumns::Two(..) => "stamps in seconds and nanoseconds".to_owned(),
+        StampColumns::Number(_) => "no stamps: places with the same number are one".to_owned(),
     };
-    let (line, names) = (header.line, names.join(", "));
-    notes.push(format!("columns by the names in line {line}: {names}; stamps in {unit_name}"));
+    let names = names.join(", ");
+    notes.push(match header.line {
+        0 => format!("no names of columns; by the values: {names}; {stamps}"),
+        line => format!("columns by the names in line {line}: {names}; {stamps}"),
+    });
+    if header.quaternion.is_err() {
+        notes.push("places alone: rotations are not compared".to_owned());
+    }
     Ok(unit)
 }
 
@@ -128,12 +137,17 @@ pub(crate) fn for_each_row(
         }
         if cells.len() != header.names.len() {
             let (found, expected, names) = (cells.len(), header.names.len(), header.line);
-            let problem = format!("{found} columns, line {names} names {expected}: is the line cut?");
+            let problem = match names {
+                0 => format!("{found} columns, expected {expected} as in the first line: is the line cut?"),
+                names => format!("{found} columns, line {names} names {expected}: is the line cut?"),
+            };
             return Err(ParseError::new(place, problem));
         }
         let number = |column: usize| number(place, &header.names[column], cells[column]);
         let stamp = match header.stamp {
-            StampColumns::One(column, _) => RowStamp::One(cells[column], number(column)?),
+            StampColumns::One(column, _) | StampColumns::Number(column) => {
+                RowStamp::One(cells[column], number(column)?)
+            }
             StampColumns::Two(seconds, ns) => {
                 let [seconds, ns] =
                     [seconds, ns].map(|column| whole(place, &header.names[column], cells[column]));
@@ -145,13 +159,12 @@ pub(crate) fn for_each_row(
                 RowStamp::Two(seconds, ns)
             }
         };
-        let ([x, y, z], [qx, qy, qz, qw]) = (header.place, header.quaternion);
-        each(Row {
-            place,
-            stamp,
-            position_m: [number(x)?, number(y)?, number(z)?],
-            quaternion: [number(qx)?, number(qy)?, number(qz)?, number(qw)?],
-        })?;
+        let [x, y, z] = header.place;
+        let quaternion = match header.quaternion {
+            Ok([qx, qy, qz, qw]) => Some([number(qx)?, number(qy)?, number(qz)?, number(qw)?]),
+            Err(_) => None,
+        };
+        each(Row { place, stamp, position_m: [number(x)?, number(y)?, number(z)?], quaternion })?;
     }
     Ok(())
 }

@@ -1,20 +1,22 @@
 //! A line that names the columns of a trajectory: which column is what.
 
 use crate::file::{is_header, lines, shorten};
-use crate::poses::trajectory::named::names::{Meaning, StampName, meaning};
+use crate::poses::trajectory::named::names::{
+    Meaning, StampName, is_angle, is_number, meaning, surveyed_axis,
+};
 use crate::{ParseError, PlaceInFile, TimeUnit};
 
 /// Which column is what, by their names.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Header {
-    /// The line with the names, from 1.
+    /// The line with the names, from 1; 0 where values show which column is what.
     pub(crate) line: u64,
     pub(crate) names: Vec<String>,
     pub(crate) delimiter: Delimiter,
     pub(crate) stamp: StampColumns,
     pub(crate) place: [usize; 3],
-    /// The columns of x, y, z, w.
-    pub(crate) quaternion: [usize; 4],
+    /// The columns of x, y, z, w; why there are none, where there are places alone.
+    pub(crate) quaternion: Result<[usize; 4], String>,
 }
 
 /// Where a stamp is.
@@ -22,6 +24,8 @@ pub(crate) struct Header {
 pub(crate) enum StampColumns {
     /// In one column, in this unit where its name says so.
     One(usize, Option<TimeUnit>),
+    /// None, but a number of the place.
+    Number(usize),
     /// Whole seconds, and nanoseconds after them.
     Two(usize, usize),
 }
@@ -38,7 +42,14 @@ impl Header {
         match self.stamp {
             StampColumns::One(_, unit) => unit,
             StampColumns::Two(..) => Some(TimeUnit::Nanoseconds),
+            StampColumns::Number(_) => Some(TimeUnit::Seconds),
         }
+    }
+
+    /// The columns of a quaternion, of which poses are made.
+    pub(crate) fn rotation(&self) -> Result<[usize; 4], ParseError> {
+        let place = PlaceInFile::Line(self.line.max(1));
+        self.quaternion.clone().map_err(|problem| ParseError::new(place, problem))
     }
 
     /// Whether the first columns are a stamp in this unit, or one without a name, a place, and a quaternion in this order.
@@ -46,13 +57,13 @@ impl Header {
         let is_stamp = |given: Option<TimeUnit>| given.is_none_or(|given| given == unit);
         matches!(self.stamp, StampColumns::One(0, given) if is_stamp(given))
             && self.place == [1, 2, 3]
-            && self.quaternion == quaternion
+            && self.quaternion.as_ref() == Ok(&quaternion)
     }
 }
 
 impl Delimiter {
     /// The one that a line of names is parted by.
-    fn of(line: &str) -> Self {
+    pub(super) fn of(line: &str) -> Self {
         [',', ';', '\t'].into_iter().find(|&c| line.contains(c)).map_or(Self::Blanks, Self::Character)
     }
 
@@ -97,7 +108,7 @@ pub(crate) fn find(bytes: &[u8]) -> Result<Option<Header>, ParseError> {
     Ok(of_comment(bytes, number))
 }
 
-fn line(bytes: &[u8], number: u64) -> Option<&str> {
+pub(super) fn line(bytes: &[u8], number: u64) -> Option<&str> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let at = usize::try_from(number).ok()?.checked_sub(1)?;
     std::str::from_utf8(bytes.split(|&c| c == b'\n').nth(at)?).ok()
@@ -105,7 +116,7 @@ fn line(bytes: &[u8], number: u64) -> Option<&str> {
 
 fn of_line(text: &str, number: u64) -> Result<Option<Header>, ParseError> {
     let (delimiter, names) = names(text);
-    if names.iter().all(|name| meaning(name).is_none()) {
+    if names.iter().all(|name| meaning(name).is_none() && surveyed_axis(name).is_none()) {
         return Ok(None);
     }
     let header = assign(number, delimiter, &names);
@@ -169,17 +180,31 @@ fn assign(line: u64, delimiter: Delimiter, names: &[String]) -> Result<Header, S
         let columns = shorten(&names.join(","));
         format!("no {what} among the columns `{columns}`: {needed}")
     };
+    if place.iter().all(Option::is_none) {
+        for (column, name) in names.iter().enumerate() {
+            if let Some(axis) = surveyed_axis(name) {
+                place[axis].get_or_insert(column);
+            }
+        }
+    }
     let [Some(x), Some(y), Some(z)] = place else {
         return Err(lacks("place", "x, y, z must be there"));
     };
-    let [Some(qx), Some(qy), Some(qz), Some(qw)] = quaternion else {
-        let needed = "qx, qy, qz, qw must be there, as places alone are no poses";
-        return Err(lacks("quaternion", needed));
+    let stamp = stamp_columns(&stamps, names)?;
+    let quaternion = match quaternion {
+        [Some(qx), Some(qy), Some(qz), Some(qw)] => Ok([qx, qy, qz, qw]),
+        _ if names.iter().any(|name| is_angle(name)) => Err(lacks(
+            "quaternion",
+            "Euler angles are not read, as their order differs from program to program: write qx, qy, qz, qw",
+        )),
+        _ => Err(lacks("quaternion", "qx, qy, qz, qw must be there, as places alone are no poses")),
     };
-    let stamp = stamp_columns(&stamps, names)?
+    let number = || quaternion.is_err().then(|| names.iter().position(|name| is_number(name))).flatten();
+    let stamp = stamp
+        .or_else(|| number().map(StampColumns::Number))
         .ok_or_else(|| lacks("stamp", "a column such as timestamp must be there"))?;
     let names = names.to_vec();
-    Ok(Header { line, names, delimiter, stamp, place: [x, y, z], quaternion: [qx, qy, qz, qw] })
+    Ok(Header { line, names, delimiter, stamp, place: [x, y, z], quaternion })
 }
 
 /// The stamp that is meant: of the lowest rank, of which there must be one.
@@ -217,14 +242,15 @@ mod tests {
     }
 
     fn refused(names: &str, says: &str) {
-        let error = find(format!("{names}\n1,2,3,4,5,6,7,8\n").as_bytes()).unwrap_err().to_string();
+        let found = find(format!("{names}\n1,2,3,4,5,6,7,8\n").as_bytes());
+        let error = found.and_then(|header| header.unwrap().rotation()).unwrap_err().to_string();
         assert!(error.starts_with("line 1: ") && error.contains(says), "{error}");
     }
 
     #[test]
     fn columns_have_any_order() {
         let header = found("qw,qx,qy,qz,id,z,y,x,timestamp\n");
-        assert_eq!((header.place, header.quaternion), ([7, 6, 5], [1, 2, 3, 0]));
+        assert_eq!((header.place, header.quaternion), ([7, 6, 5], Ok([1, 2, 3, 0])));
         assert_eq!((header.stamp, header.line), (StampColumns::One(8, None), 1));
         let header = found("\"time [s]\" ; \"x\" ; y;z;qx;qy;qz;qw\n");
         assert_eq!(header.stamp, StampColumns::One(0, Some(TimeUnit::Seconds)));
@@ -249,13 +275,13 @@ mod tests {
     #[test]
     fn a_comment_counts_where_it_names_every_column() {
         let header = found("# run 7\n\n#time tx ty tz qw qx qy qz\n1 2 3 4 1 0 0 0\n");
-        assert_eq!((header.quaternion, header.line), ([5, 6, 7, 4], 3));
+        assert_eq!((header.quaternion, header.line), (Ok([5, 6, 7, 4]), 3));
         let header = found("#timestamp [ns], tx, ty, tz, qx, qy, qz, qw\n1 2 3 4 0 0 0 1\n");
         assert_eq!(header.delimiter, Delimiter::Blanks);
         let header = found("#t;x;y;z;qx;qy;qz;qw;frame\n0.5;2;3;4;0;0;0;1;map\n0.6;2;3;4;0;0;0;1;\n");
         assert_eq!(header.delimiter, Delimiter::Character(';'));
         let header = found("# time tx ty tz qw qx qy qz\n1\t\t2\t3 4\t1\t0\t0\t0 # a, b\n");
-        assert_eq!((header.delimiter, header.quaternion), (Delimiter::Blanks, [5, 6, 7, 4]));
+        assert_eq!((header.delimiter, header.quaternion), (Delimiter::Blanks, Ok([5, 6, 7, 4])));
         for text in ["# stamp\n1 2 3 4 0 0 0 1\n", "# t x y z qx qy qz qw\n1 2 3\n", "1 2 3\n", "", "a,b\n"] {
             assert_eq!(find(text.as_bytes()).unwrap(), None, "{text}");
         }
@@ -264,7 +290,9 @@ mod tests {
     #[test]
     fn what_lacks_or_is_there_twice_is_named() {
         refused("time,x,y,z", "no quaternion among the columns `time,x,y,z`: qx, qy, qz, qw must be there");
-        refused("time,x,y,z,roll,pitch,yaw", "no quaternion");
+        refused("time,x,y,z,roll,pitch,yaw", "Euler angles are not read");
+        refused("GPSTime,easting,northing,altitude,vel_east,roll,pitch,heading", "Euler angles are not read");
+        refused("id,e,n,h", "places alone are no poses");
         refused("time,x,y,qx,qy,qz,qw", "no place among");
         refused("x,y,z,qx,qy,qz,qw", "no stamp among");
         refused("time,x,y,z,tx,ty,tz,qx,qy,qz,qw", "the columns `x` and `tx` are the same part of a place");

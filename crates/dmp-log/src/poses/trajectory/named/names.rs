@@ -31,9 +31,46 @@ const QUATERNIONS: [&str; 6] = ["q", "quat", "quaternion", "orientation", "rotat
 /// Parts of messages; names of topics may stand before them.
 const MESSAGE_PLACES: [&str; 2] = ["pose_position", "transform_translation"];
 const MESSAGE_QUATERNIONS: [&str; 2] = ["pose_orientation", "transform_rotation"];
-const STAMPS: [&str; 9] =
-    ["", "time", "timestamp", "stamp", "t", "header_stamp", "rosbagtimestamp", "unix_time", "ros_time"];
+const STAMPS: [&str; 12] = [
+    "",
+    "time",
+    "timestamp",
+    "stamp",
+    "t",
+    "header_stamp",
+    "rosbagtimestamp",
+    "unix_time",
+    "ros_time",
+    "utime",
+    "gpstime",
+    "gps_time",
+];
 const LENGTHS: [&str; 7] = ["m", "meter", "meters", "metre", "metres", "mm", "cm"];
+
+/// The axis of a place by the words of surveyors, of which no pose is made where x, y and z are there, too.
+pub(crate) fn surveyed_axis(name: &str) -> Option<usize> {
+    const AXES: [&[&str]; 3] = [
+        &["e", "east", "easting", "utm_east", "utm_easting"],
+        &["n", "north", "northing", "utm_north", "utm_northing"],
+        &["h", "u", "up", "height", "alt", "altitude", "elevation"],
+    ];
+    let (words, unit) = words(name);
+    let (last, rest) = words.split_last()?;
+    let words = if !rest.is_empty() && last == "m" { rest } else { &words[..] };
+    let is_metres = unit.is_none_or(|unit| ["", "m"].contains(&unit.as_str()));
+    AXES.iter().position(|names| is_metres && names.contains(&words.join("_").as_str()))
+}
+
+/// Whether a name is that of a number of places, which pairs them where they have no stamps.
+pub(crate) fn is_number(name: &str) -> bool {
+    ["id", "index", "frame", "point", "no", "nr", "number"].contains(&words(name).0.join("_").as_str())
+}
+
+/// Whether a name is that of an Euler angle.
+pub(crate) fn is_angle(name: &str) -> bool {
+    let words = words(name).0;
+    words.iter().any(|word| ["roll", "pitch", "yaw", "heading"].contains(&word.as_str()))
+}
 
 /// What a name says; nothing for columns that are not used.
 pub(crate) fn meaning(name: &str) -> Option<Meaning> {
