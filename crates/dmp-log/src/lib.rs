@@ -65,8 +65,8 @@ mod writers;
 pub use error::{LogError, ParseError, PlaceInFile};
 pub use file::{Damage, is_printable, printable, shown_path, write_times};
 pub use geometry::{
-    CloudFormat, CloudSummary, CloudWriter, CrsError, LAS_REACH_M, LengthUnit, MeshFormat, MeshSummary, MetricCrs,
-    OrientedPoint, is_mesh, read_cloud, read_mesh,
+    CloudFormat, CloudSummary, CloudWriter, CrsError, LAS_REACH_M, LengthUnit, MeshFormat, MeshSummary,
+    MetricCrs, OrientedPoint, is_mesh, read_cloud, read_mesh,
 };
 pub use logs::{
     BinLayout, BinLayoutError, Companions, FileRanges, LogIndex, LogOutline, MadeWith, has_bag_name,

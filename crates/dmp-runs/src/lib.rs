@@ -16,9 +16,9 @@ mod vet;
 
 pub use asked::{
     CastReturns, Config, Decide, DriftPairs, DriftReach, EvaluateError, Frame, FrameOrder, Looks, MapSource,
-    Means, Note, POSE_BYTES, Progress, Remedy, ReturnDraw, Run, RunSource, Sample, ScoredPlace, ScoredReturns, ScoredRun,
-    SettingName, Settings, Sink, Stage, Unposed, Watch, as_asked_m, check_runs, in_threads, in_voxels,
-    in_words, pool, so_far,
+    Means, Note, POSE_BYTES, Progress, Remedy, ReturnDraw, Run, RunSource, Sample, ScoredPlace,
+    ScoredReturns, ScoredRun, SettingName, Settings, Sink, Stage, Unposed, Watch, as_asked_m, check_runs,
+    in_threads, in_voxels, in_words, pool, so_far,
 };
 pub use runs::{
     BLOCK_RAYS, Block, Heads, KNOWN_TIMES, MIN_BLOCK_RETURNS, PlannedFrame, PosedRun, Poser, RunPath,

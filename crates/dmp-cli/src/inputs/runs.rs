@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use dmp::{MapSource, PosesAs, Run, RunSource};
 use dmp_log::{
-    LogOutline, LogSummary, PoseTopic, ScanLog, TimeUnit, TrajectoryFormat, has_bag_name, is_bag, poses_at_most,
-    read_topic_trajectory, read_trajectory, read_trajectory_as,
+    LogOutline, LogSummary, PoseTopic, ScanLog, TimeUnit, TrajectoryFormat, has_bag_name, is_bag,
+    poses_at_most, read_topic_trajectory, read_trajectory, read_trajectory_as,
 };
 use dmp_sensor::Trajectory;
 
