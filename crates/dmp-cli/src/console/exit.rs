@@ -201,7 +201,6 @@ pub(crate) fn option_of(setting: SettingName) -> String {
 fn option_of_log(setting: LogSetting) -> String {
     match setting {
         LogSetting::Topic => "--topic".into(),
-        LogSetting::ScanFrame => "--scan-frame".into(),
         LogSetting::PointTime => "--point-time".into(),
         LogSetting::PointTimeField => "--point-time-field".into(),
         LogSetting::StampAt => "--stamp".into(),

@@ -48,7 +48,6 @@ impl LogInput {
     pub(crate) fn at(path: PathBuf, asked: &Asked) -> Self {
         let options = LogOptions {
             topic: asked.get(&input::TOPIC),
-            scan_frame: asked.get(&input::SCAN_FRAME),
             point_time: asked.get(&input::POINT_TIME).unwrap_or_default(),
             point_time_field: asked.get(&input::POINT_TIME_FIELD),
             stamp_at: asked.get(&input::STAMP).unwrap_or_default(),

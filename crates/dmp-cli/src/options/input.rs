@@ -73,12 +73,8 @@ pub(crate) static MAPS: Opt<NamedFile> = Opt {
     ..Opt::file(Input, "map", "[NAME=]FILE")
 };
 pub(crate) static TOPIC: Opt<String> = Opt {
-    help: "The topic with the scans, where the log has several",
-    ..Opt::text(Input, "topic", "NAME", "/points", parsed)
-};
-pub(crate) static SCAN_FRAME: Opt<String> = Opt {
-    help: "The frame (frame_id) of the scans, where several sensors write to one topic",
-    ..Opt::text(Input, "scan-frame", "NAME", "lidar_front", parsed)
+    help: "The topic with the scans, where the log has several; with :FRAME those of one sensor, where several write to one topic",
+    ..Opt::text(Input, "topic", "NAME[:FRAME]", "/points", parsed)
 };
 pub(crate) static POINT_TIME: Opt<PointTime> = Opt {
     help: "Times of points: `s`, `ms`, `us` or `ns` after the scan's stamp; `absolute-s` … on the clock of the stamps; \
@@ -178,8 +174,7 @@ pub(crate) static KEYFRAMES: Opt<PathBuf> = Opt {
 };
 
 /// How the scans of a log are read.
-pub(crate) const READING: &[&dyn Entry] =
-    &[&TOPIC, &SCAN_FRAME, &POINT_TIME, &POINT_TIME_FIELD, &STAMP, &BIN_LAYOUT];
+pub(crate) const READING: &[&dyn Entry] = &[&TOPIC, &POINT_TIME, &POINT_TIME_FIELD, &STAMP, &BIN_LAYOUT];
 /// A log and its runs, and when and where their poses hold.
 pub(crate) const RUNS_ON_LOG: &[&dyn Entry] = &[
     &LOG,
@@ -188,7 +183,6 @@ pub(crate) const RUNS_ON_LOG: &[&dyn Entry] = &[
     &POSES_AS,
     &BETWEEN,
     &TOPIC,
-    &SCAN_FRAME,
     &POINT_TIME,
     &POINT_TIME_FIELD,
     &BIN_LAYOUT,
@@ -205,7 +199,6 @@ pub(crate) const RUN_ON_LOG: &[&dyn Entry] = &[
     &POSES_AS,
     &BETWEEN,
     &TOPIC,
-    &SCAN_FRAME,
     &POINT_TIME,
     &POINT_TIME_FIELD,
     &BIN_LAYOUT,

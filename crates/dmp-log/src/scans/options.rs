@@ -5,10 +5,9 @@ use crate::{BinLayout, MadeWith, PointTime, StampAt};
 /// How a log is to be read.
 #[derive(Debug, Clone, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct LogOptions {
-    /// The topic with the scans; `None` where the log has only one.
+    /// The topic with the scans; `None` where the log has only one. `NAME:FRAME` or `:FRAME` where a topic has the scans of
+    /// several sensors: those of this frame (`frame_id`).
     pub topic: Option<String>,
-    /// The frame of the scans, where the topic has those of several sensors.
-    pub scan_frame: Option<String>,
     /// What the times of the points mean.
     pub point_time: PointTime,
     /// The field of a point that holds its time, as `curvature`, or the two that do, as `sec + nsec`; `None`: by names and values.
@@ -25,5 +24,12 @@ impl LogOptions {
     /// As little as can be asked of a log: its scans, each an instant.
     pub(crate) fn without_times() -> Self {
         Self { point_time: PointTime::Ignore, ..Self::default() }
+    }
+
+    /// The name of the topic, and the frame of its scans.
+    pub(crate) fn topic_and_frame(&self) -> (Option<&str>, Option<&str>) {
+        let Some(topic) = self.topic.as_deref() else { return (None, None) };
+        let (name, frame) = topic.split_once(':').map_or((topic, None), |(name, frame)| (name, Some(frame)));
+        (Some(name).filter(|name| !name.is_empty()), frame)
     }
 }

@@ -11,8 +11,6 @@ use std::fmt;
 pub enum LogSetting {
     /// [`LogOptions::topic`](crate::LogOptions::topic).
     Topic,
-    /// [`LogOptions::scan_frame`](crate::LogOptions::scan_frame).
-    ScanFrame,
     /// [`LogOptions::point_time`](crate::LogOptions::point_time).
     PointTime,
     /// [`LogOptions::point_time_field`](crate::LogOptions::point_time_field).
@@ -31,7 +29,6 @@ impl fmt::Display for LogSetting {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Topic => "`topic`",
-            Self::ScanFrame => "`scan_frame`",
             Self::PointTime => "`point_time`",
             Self::PointTimeField => "`point_time_field`",
             Self::StampAt => "`stamp_at`",

@@ -26,7 +26,7 @@ fn log_of(folder: &Path, frames: &[&str]) -> PathBuf {
 #[test]
 fn of_several_sensors_on_a_topic_one_is_named() {
     let folder = tempfile::tempdir().unwrap();
-    let with = |frame: &str| LogOptions { scan_frame: Some(frame.into()), ..LogOptions::default() };
+    let with = |frame: &str| LogOptions { topic: Some(format!(":{frame}")), ..LogOptions::default() };
     for frames in [
         ["front", "back0"].repeat(15),
         [["front"; 14].as_slice(), &["back0"; 16]].concat(),
@@ -40,7 +40,7 @@ fn of_several_sensors_on_a_topic_one_is_named() {
             &error,
             &["log.mcap: topic /points has scans of several sensors", "`front` (", "`back0` ("],
         );
-        assert_says(&error, &["a place of its own", "name it with `scan_frame` front"]);
+        assert_says(&error, &["a place of its own", "name it with `topic` /points:front"]);
         assert_eq!(outline_log(&path, &LogOptions::default()).unwrap_err().to_string(), error);
         let survey = survey_log(&path, &LogOptions::default()).unwrap();
         assert_says(&survey.streams[0].problem.as_ref().unwrap().to_string(), &["several sensors"]);
@@ -56,7 +56,7 @@ fn of_several_sensors_on_a_topic_one_is_named() {
         }
         let error = open_log(&path, &with("none0")).unwrap_err();
         assert!(error.is_usage());
-        assert_says(&error.to_string(), &["`scan_frame` none0 was given, but topic /points", "`front` ("]);
+        assert_says(&error.to_string(), &["`topic` /points:none0 was given, but the topic has", "`front` ("]);
     }
 }
 

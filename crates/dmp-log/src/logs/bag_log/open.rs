@@ -49,9 +49,9 @@ impl AroundScans {
             let problem = format!("no scan can be read{}", first_in_words(&self.damage));
             return Err(LogError::malformed(self.bag.path(), PlaceInFile::WholeFile, problem));
         }
-        let (name, topic) = choose_topic(self.bag.path(), clouds, options.topic.as_deref(), &self.topics)?;
+        let (name, topic) = choose_topic(self.bag.path(), clouds, options.topic_and_frame().0, &self.topics)?;
         notes.extend(self.bag.missing_files());
-        if options.topic.is_none() {
+        if options.topic_and_frame().0.is_none() {
             notes.push(format!("topic {name}: the only one with point clouds"));
         }
         Ok((name, topic))
@@ -66,7 +66,7 @@ impl BagLog {
         let mut notes = Vec::new();
         let (name, mut topic) = around.choose(clouds, options, &mut notes)?;
         let path = around.bag.path();
-        topic.choose_frame((path, &name), options.scan_frame.as_deref(), &mut notes)?;
+        topic.choose_frame((path, &name), options.topic_and_frame().1, &mut notes)?;
         Self::of_topic(&around, name, topic, notes, options)
     }
 
@@ -74,7 +74,8 @@ impl BagLog {
     pub(crate) fn survey(bag: &Bag, options: &LogOptions) -> Result<LogSurvey, LogError> {
         let (bag_found, clouds, static_frames) = clouds_of(bag)?;
         let mut around = AroundScans::new(bag.clone(), &bag_found, static_frames)?;
-        let clouds = match &options.topic {
+        let (wanted, frame) = options.topic_and_frame();
+        let clouds = match wanted {
             None => clouds,
             Some(wanted) => [choose_topic(bag.path(), clouds, Some(wanted), &around.topics)?].into(),
         };
@@ -83,7 +84,7 @@ impl BagLog {
         let mut several: Vec<Option<LogError>> = Vec::new();
         let undecided = |(name, mut topic): (String, TopicIndex)| {
             let (at, mut notes) = ((bag.path(), name.as_str()), Vec::from_iter(bag.missing_files()));
-            several.push(topic.choose_frame(at, options.scan_frame.as_deref(), &mut notes).err());
+            several.push(topic.choose_frame(at, frame, &mut notes).err());
             Self::undecided(&around, name, topic, notes)
         };
         let logs: Vec<Self> = clouds.into_iter().map(undecided).collect();

@@ -83,7 +83,7 @@ impl BagOutline {
             around,
             index,
             name,
-            frame: options.scan_frame.clone(),
+            frame: options.topic_and_frame().1.map(str::to_owned),
             scans,
             frames_at,
             summary,

@@ -106,9 +106,8 @@ impl TopicIndex {
             Some(wanted) => {
                 let is_wanted = |name: &String| frame_name(name) == frame_name(wanted);
                 self.frame_ids.iter().position(is_wanted).ok_or_else(|| {
-                    let problem =
-                        format!("was given, but topic {topic} has scans of the frames {}", in_words());
-                    LogError::setting(path, LogSetting::ScanFrame, wanted, problem)
+                    let problem = format!("was given, but the topic has scans of the frames {}", in_words());
+                    LogError::setting(path, LogSetting::Topic, format!("{topic}:{wanted}"), problem)
                 })?
             }
             None => counts.iter().position(|&count| count == most).unwrap_or(0),
@@ -127,7 +126,7 @@ impl TopicIndex {
                 in_words()
             );
             let first = self.frame_ids.first().map_or("", String::as_str);
-            return Err(LogError::missing(path, problem, LogSetting::ScanFrame, first));
+            return Err(LogError::missing(path, problem, LogSetting::Topic, format!("{topic}:{first}")));
         } else {
             for entry in self.entries.iter().filter(|entry| entry.frame as usize != chosen) {
                 let name = self.frame_ids.get(entry.frame as usize).map_or("", String::as_str);

@@ -164,9 +164,6 @@ fn check_options(folder: &Path, options: &LogOptions) -> Result<(), LogError> {
         LogOptions { topic: Some(topic), .. } => {
             (LogSetting::Topic, topic.clone(), "was given, but a folder of depth images has no topics")
         }
-        LogOptions { scan_frame: Some(frame), .. } => {
-            (LogSetting::ScanFrame, frame.clone(), "was given, but a folder of depth images has no frames")
-        }
         LogOptions { point_time, .. } if !matches!(point_time, PointTime::Auto | PointTime::Ignore) => {
             let problem = "was given, but the pixels of a depth image have no times";
             (LogSetting::PointTime, point_time.to_string(), problem)

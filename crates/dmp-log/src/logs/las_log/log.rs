@@ -125,7 +125,6 @@ fn checked_options<'a>(path: &Path, options: &'a LogOptions) -> Result<&'a MadeW
         return Err(LogError::missing(path, problem, LogSetting::MadeWith, "TRAJECTORY"));
     };
     let refused = match options {
-        LogOptions { scan_frame: Some(frame), .. } => Some((LogSetting::ScanFrame, frame.clone())),
         LogOptions { topic: Some(topic), .. } => Some((LogSetting::Topic, topic.clone())),
         LogOptions { point_time, .. } if *point_time != PointTime::Auto => {
             Some((LogSetting::PointTime, point_time.to_string()))

@@ -52,10 +52,6 @@ impl ScanFolder {
             let problem = "was given, but a folder of scans has no topics";
             return Err(LogError::setting(&folder, LogSetting::Topic, topic, problem));
         }
-        if let Some(frame) = &options.scan_frame {
-            let problem = "was given, but a folder of scans has no frames";
-            return Err(LogError::setting(&folder, LogSetting::ScanFrame, frame, problem));
-        }
         let stamps_ns = stamps::find(&folder, &files, &mut notes)?;
         let count = ReadCount::default();
         let bin = match (format, &options.bin_layout) {
