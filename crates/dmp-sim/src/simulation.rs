@@ -237,6 +237,14 @@ mod tests {
     }
 
     #[test]
+    fn more_cars_than_streets_hold_are_refused() {
+        for traffic in [MOST_CARS + 1, usize::MAX] {
+            let error = RecordingOptions { traffic, ..options(Route::Loop) }.town().unwrap_err();
+            assert!(error.to_string().contains("the number of cars that drive"), "{error}");
+        }
+    }
+
+    #[test]
     fn traffic_moves() {
         let still = RecordingOptions { traffic: 0, ..options(Route::Loop) };
         let busy = RecordingOptions { traffic: 12, ..options(Route::Loop) };

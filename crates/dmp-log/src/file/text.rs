@@ -136,8 +136,8 @@ pub(crate) fn data_of(line: &[u8], place: PlaceInFile) -> Result<&str, ParseErro
         Ok(text) if !data.contains(&0) => Ok(text),
         _ => {
             let start = data.get(..16).unwrap_or(data);
-            let zeros = data.iter().filter(|&&byte| byte == 0).count();
-            if zeros > 1 && (2 * zeros).abs_diff(data.len()) <= 2 {
+            let is_zero = |from: usize| data.iter().skip(from).step_by(2).all(|&byte| byte == 0);
+            if data.len() > 3 && (is_zero(0) || is_zero(1)) {
                 let problem =
                     format!("UTF-16 without a mark, which is not read: save it as UTF-8 ({start:02x?})");
                 return Err(ParseError::new(place, problem));

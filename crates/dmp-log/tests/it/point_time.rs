@@ -148,6 +148,9 @@ fn assert_times(path: &std::path::Path, options: &LogOptions, within_ns: i64, ca
     }
 }
 
+/// What the fields of a point hold at so many seconds of a scan with this stamp.
+type Values<'a> = &'a dyn Fn(i64, f64) -> Vec<Vec<u8>>;
+
 #[test]
 fn without_stamps_in_headers_the_points_are_the_clock() {
     let folder = tempfile::tempdir().unwrap();
@@ -157,7 +160,6 @@ fn without_stamps_in_headers_the_points_are_the_clock() {
         let ns = stamp_ns + (s * 1e9) as i64;
         (ns / 1_000_000_000, ns % 1_000_000_000)
     };
-    type Values<'a> = &'a dyn Fn(i64, f64) -> Vec<Vec<u8>>;
     let two: Values<'_> = &|stamp_ns, s| {
         let (seconds, ns) = split(stamp_ns, s);
         [seconds, ns].map(|part| (part as u32).to_le_bytes().to_vec()).into()

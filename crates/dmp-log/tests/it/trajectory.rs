@@ -3,8 +3,8 @@
 use crate::common::{Random, assert_says, refusals};
 use dmp_log::{
     LogError, TrajectoryFile, TrajectoryFormat, parse_euroc, parse_g2o, parse_kitti, parse_raw,
-    parse_redwood_log, parse_tum, read_raw_trajectory, read_trajectory, read_trajectory_as, write_euroc,
-    write_kitti, write_redwood_log, write_tum,
+    parse_redwood_log, parse_tum, poses_at_most, read_raw_trajectory, read_trajectory, read_trajectory_as,
+    write_euroc, write_kitti, write_redwood_log, write_tum,
 };
 use dmp_sensor::{Isometry3, Trajectory, Translation3, UnitQuaternion, Vector3};
 use std::fs;
@@ -248,7 +248,9 @@ fn row_18_other_faults_are_named_with_their_line() {
 #[test]
 fn row_18_two_runs_in_one_file_are_refused_and_disorder_is_sorted() {
     for format in [Tum, Euroc, G2o] {
-        let run = |offset: &str, yaw| (0..3).map(|k| line(format, k, offset, yaw) + "\n").collect::<String>();
+        let run = |offset: &str, yaw| {
+            (0..3).map(|k| line(format, k, offset, yaw) + "\n").collect::<Vec<_>>().concat()
+        };
         let words = if format == G2o { "another pose" } else { "two runs" };
         assert_says(&refused(run("0", 0.0) + &run("5", 0.0)), &[words, "5.000 m"]);
         assert_says(&refused(run("0", 0.0) + &run("0", 0.1)), &[words, "0.000 m"]);
@@ -480,7 +482,7 @@ fn tables_of_data_sets_are_read_or_described() {
     const LINES: i64 = 12;
     let turn = |k: i64| (0.05 * k as f64).sin_cos();
     let second = |k: i64| 1_700_000_000 + k;
-    let all = |line: &dyn Fn(i64) -> String| (0..LINES).map(|k| line(k) + "\n").collect::<String>();
+    let all = |line: &dyn Fn(i64) -> String| (0..LINES).map(|k| line(k) + "\n").collect::<Vec<_>>().concat();
     let pose = |k: i64, by: &str| {
         let (s, c) = turn(k);
         format!("{},{},3,0,0,{s},{c}", 2 * k, k).replace(',', by)
@@ -567,12 +569,16 @@ fn tables_of_data_sets_are_read_or_described() {
 #[test]
 fn all_lines_are_looked_at() {
     let eight = |last: &str| {
-        (0..8).map(|k| format!("{}.5 {k} 0 0 0 0 0 1\n", 1_700_000_000 + k)).collect::<String>() + last + "\n"
+        (0..8).map(|k| format!("{}.5 {k} 0 0 0 0 0 1\n", 1_700_000_000 + k)).collect::<Vec<_>>().concat()
+            + last
+            + "\n"
     };
     let rows = |k: i64| format!("1 0 0 {k} 0 1 0 0 0 0 1 0");
-    let kitti = |last: &str| (0..8).map(|k| rows(k) + "\n").collect::<String>() + last + "\n";
+    let kitti = |last: &str| (0..8).map(|k| rows(k) + "\n").collect::<Vec<_>>().concat() + last + "\n";
     let stamped = |last: &str| {
-        (0..8).map(|k| format!("{}.5 {}\n", 1_700_000_000 + k, rows(k))).collect::<String>() + last + "\n"
+        (0..8).map(|k| format!("{}.5 {}\n", 1_700_000_000 + k, rows(k))).collect::<Vec<_>>().concat()
+            + last
+            + "\n"
     };
     for (text, words) in [
         (
@@ -594,7 +600,7 @@ fn all_lines_are_looked_at() {
 fn numbered_matrices_have_scans_by_their_numbers() {
     let rows = |k: usize| format!("1 0 0 {k} 0 1 0 0 0 0 1 0");
     let of = |numbers: &[usize], end: &str| {
-        numbers.iter().map(|&k| format!("{k} {}{end}\n", rows(k))).collect::<String>()
+        numbers.iter().map(|&k| format!("{k} {}{end}\n", rows(k))).collect::<Vec<_>>().concat()
     };
     let whole: Vec<usize> = (0..9).collect();
     for end in ["", " 0 0 0 1"] {
@@ -606,7 +612,7 @@ fn numbered_matrices_have_scans_by_their_numbers() {
         assert_says(&refused(of(&[3, 4, 5], end)), &["line 1: the first frame is 3"]);
         // With the stamps of all frames beside it, gaps are no matter.
         let (folder, path) = file(of(&[0, 1, 2, 5, 6], end));
-        let times: String = (0..7).map(|k| format!("{}.25\n", 1_700_000_000 + k)).collect();
+        let times = (0..7).map(|k| format!("{}.25\n", 1_700_000_000 + k)).collect::<Vec<_>>().concat();
         fs::write(folder.path().join("times.txt"), times).unwrap();
         let run = read_trajectory(&path).unwrap();
         assert_eq!(run.trajectory.stamps_ns().unwrap()[3], 1_700_000_005_250_000_000);
@@ -641,5 +647,25 @@ fn places_alone_are_read_as_they_are() {
         assert_eq!(raw.positions_m, [Vector3::new(1.0, 2.0, 3.0), Vector3::new(4.0, 5.0, 6.0)], "{text}");
         assert_says(&raw.notes.join("; "), &["rotations are not compared"]);
         assert!(read(&text).is_err(), "{text}");
+    }
+}
+
+#[test]
+fn poses_are_counted_before_they_are_read() {
+    let stamped = (0..500).map(|k| format!("{k}.5 1 2 3 0 0 0 1\n")).collect::<Vec<_>>().concat();
+    let graph =
+        "VERTEX_SE3:QUAT 0 0 0 0 0 0 0 1\nVERTEX_SE3:QUAT 1 1 0 0 0 0 0 1\nEDGE_SE3:QUAT 0 1\n".to_owned();
+    let mut npy = b"\x93NUMPY\x01\x00\x46\x00".to_vec();
+    npy.resize(80 + 10 * 12 * 8, b' ');
+    for (bytes, most) in [
+        (format!("# stamp\n\n{stamped}").into_bytes(), 500),
+        (stamped.trim_end().as_bytes().to_vec(), 500),
+        (REDWOOD.as_bytes().to_vec(), 2),
+        (graph.into_bytes(), 2),
+        (npy, 21),
+        (Vec::new(), 0),
+    ] {
+        let length = bytes.len() as u64;
+        assert_eq!(poses_at_most(&file(bytes).1).unwrap(), (most, length));
     }
 }

@@ -7,7 +7,7 @@ use std::process::{Child, Stdio};
 use dmp_log::FolderFormat;
 
 use super::table::Row;
-use super::{GATE, Town, contents, names_in, report, scores};
+use super::{GATE, Town, contents, names_in, report, run, scores};
 use crate::common::{dmp_command, text};
 
 const BEFORE: &str = "what was there before";
@@ -21,6 +21,16 @@ pub(super) const ROWS: &[Row] = &[
             for name in ["maps/truth.dmpmap", "old.mcap", "old.truth.tum", "work/other", "wrong.tum"] {
                 town.write(name, BEFORE);
             }
+            let number = std::cell::Cell::new(0);
+            let astray = town.changed("truth.tum", |ns, mut pose| {
+                number.set(number.get() + 1);
+                let utm = nalgebra::Vector3::new(500_000.0, 5_400_000.0, 0.0);
+                pose.translation.vector += if number.get() == 12 { nalgebra::Vector3::zeros() } else { utm };
+                Some((ns, pose))
+            });
+            town.tum("astray.tum", &astray);
+            let long: String = (0..100_000).map(|k| format!("{k} 0 0 0 0 0 0 1\n")).collect();
+            town.write("long.tum", long);
             // So many that each run's share of the memory is small.
             let many: String = (0..24).map(|k| format!(" -t run{k}=@/noise.tum")).collect();
             town.line(format!(
@@ -36,7 +46,12 @@ pub(super) const ROWS: &[Row] = &[
             [ulimit -f 8] simulate town -o old.mcap --truth old.truth.tum --scans 20 => 1 old.mcap | cannot write
             [ulimit -f 8] simulate town -o new --scans 20 => 1 new | cannot write
             [ulimit -f 8] man -o pages => 1 pages/dmp | cannot write
-            [ulimit -f 1] simulate errors truth.tum --scale 1.1 -o wrong.tum => 1 wrong.tum | cannot write",
+            [ulimit -f 1] simulate errors truth.tum --scale 1.1 -o wrong.tum => 1 wrong.tum | cannot write
+            score town.mcap -t astray.tum --residuals r.laz => 2 r.laz | LAS reaches 214 km | pose 12 of | .ply
+            score town.mcap -t long.tum --memory 32MiB => 2 100,000 poses need at least | --memory
+            score town.mcap -t long.tum -t truth.tum --memory 32MiB => 2 poses need at least | --memory
+            score town.mcap --report no/page.html => 2 no/page.html | there is no folder no
+            simulate town -o new --traffic 18446744073709551615 => 2 the number of cars | up to 10000",
     },
     Row {
         // Every option that writes, in the place of everything that is read.
@@ -190,6 +205,35 @@ fn row_06_leftovers_are_never_used_and_programs_at_once_do_not_meet() {
         assert_eq!(&scores(&serde_json::from_slice(&output.stdout).unwrap()), alone);
     }
     assert_eq!(names_in(&town.path("work")), [""; 0]);
+}
+
+/// The scores are printed, and the other files are written.
+#[test]
+fn row_05_a_file_that_cannot_be_written_hides_no_scores() {
+    let town = Town::new();
+    symlink("/dev/full", town.path("full.csv")).unwrap();
+    symlink("/dev/full", town.path("full.html")).unwrap();
+    let whole = town.report("score town.mcap -t truth.tum --drift=none");
+    for (outputs, full, written) in [
+        ("--per-frame full.csv --report page.html", "full.csv", &["page.html"][..]),
+        ("--per-tile full.csv --keep kept.dmp --residuals r.laz", "full.csv", &["kept.dmp", "r.laz"]),
+        ("--report full.html --scene scene.mcap", "full.html", &["scene.mcap"]),
+        ("--report full.html --expect R_near_5<0.01cm", "full.html", &[]),
+        ("--report full.html --quick", "full.html", &[]),
+    ] {
+        let arguments = format!("score town.mcap -t truth.tum --drift=none {outputs} --json --quiet");
+        let output = run(town.root(), "", &arguments);
+        let stderr = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(5), "{arguments}: {stderr}");
+        let last = stderr.lines().last().unwrap();
+        let words = [&format!("error: {full}: cannot write"), "the scores are complete"];
+        assert!(words.iter().all(|word| last.contains(*word)), "{arguments}: {stderr}");
+        let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        if !outputs.contains("--quick") {
+            assert_eq!(scores(&report), scores(&whole), "{arguments}");
+        }
+        assert!(written.iter().all(|file| fs::metadata(town.path(file)).unwrap().len() > 100), "{arguments}");
+    }
 }
 
 /// What is no file takes what is written, and stays what it is.

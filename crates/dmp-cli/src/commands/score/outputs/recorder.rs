@@ -163,7 +163,7 @@ fn in_reach_of_las(path: &Path, run: &Run, log: &dyn ScanLog, settings: &Setting
         "{}: LAS reaches {:.0} km from the first point, and run {} has a pose at ({:.1}, {:.1}, {:.1}) m (pose {} of {}), far from \
          ({:.1}, {:.1}, {:.1}) m: correct that pose, or write .ply, .pcd or .mcap",
         path.display(),
-        LAS_REACH_M / 1e3,
+        (LAS_REACH_M / 1e3).floor(),
         run.name,
         place.x,
         place.y,

@@ -146,6 +146,66 @@ fn what_fits_no_layout_is_refused_with_its_length() {
     assert!(refused(&noise).contains("their bytes repeat at no length of a point"));
 }
 
+/// What other data sets have in `.bin` files, and what is never to be read as points of metres.
+#[test]
+fn layouts_of_other_data_sets_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("1.bin");
+    let points = street(&mut Random(9), 0);
+    let grey = |k: usize| (k * 7 % 256) as f32;
+    let each = |point: &dyn Fn(usize, [f64; 3]) -> Vec<u8>| -> Vec<u8> {
+        points.iter().enumerate().flat_map(|(k, (place_m, ..))| point(k, *place_m)).collect()
+    };
+    let range_m = |place_m: [f64; 3]| place_m.iter().map(|c| c * c).sum::<f64>().sqrt();
+    // Oxford RobotCar: all x, then all y, all z, all intensities.
+    let mut columns: Vec<f32> =
+        (0..3).flat_map(|axis| points.iter().map(move |point| point.0[axis] as f32)).collect();
+    columns.extend((0..points.len()).map(grey));
+    for (whose, bytes) in [
+        ("RobotCar", columns.iter().flat_map(|value| value.to_le_bytes()).collect()),
+        (
+            "KAIST's SICK",
+            each(&|k, place_m| {
+                [range_m(place_m) as f32, grey(k)].map(f32::to_le_bytes).as_flattened().to_vec()
+            }),
+        ),
+        (
+            "big-endian",
+            each(&|k, [x, y, z]| {
+                [x as f32, y as f32, z as f32, grey(k)].map(f32::to_be_bytes).as_flattened().to_vec()
+            }),
+        ),
+        (
+            "whole millimetres",
+            each(&|k, place_m| {
+                let [x, y, z] = place_m.map(|c| (1e3 * c) as i32);
+                [x, y, z, grey(k) as i32].map(i32::to_le_bytes).as_flattened().to_vec()
+            }),
+        ),
+        (
+            "centimetres of 16 bits",
+            each(&|k, place_m| {
+                let [x, y, z] = place_m.map(|c| (1e2 * c) as i16);
+                [x, y, z, grey(k) as i16].map(i16::to_le_bytes).as_flattened().to_vec()
+            }),
+        ),
+        (
+            "angles and ranges",
+            each(&|k, place_m| {
+                let [x, y, z] = place_m;
+                let range = range_m(place_m);
+                let polar = [y.atan2(x).to_degrees(), (z / range).asin().to_degrees(), 1e3 * range];
+                let [a, e, r] = polar.map(|value| value as f32);
+                [a, e, r, grey(k)].map(f32::to_le_bytes).as_flattened().to_vec()
+            }),
+        ),
+    ] {
+        std::fs::write(&path, &bytes).unwrap();
+        let found = layout_of(folder.path(), std::slice::from_ref(&path), None, &ReadCount::default());
+        assert!(found.is_err(), "{whose}: {found:?}");
+    }
+}
+
 #[test]
 fn a_few_points_are_taken_as_usual() {
     let folder = tempfile::tempdir().unwrap();

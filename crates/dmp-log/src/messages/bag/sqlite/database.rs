@@ -67,13 +67,11 @@ pub(super) fn open(path: &Path) -> io::Result<Connection> {
     let connection = if log && !journal {
         // What was not yet taken over from the log beside it is read with it. Nobody else may write meanwhile, so that its index
         // is held in memory and needs no file.
-        let connection =
-            Connection::open_with_flags_and_vfs(path, flags, WITHOUT_LOCKS).and_then(|connection| {
-                connection.set_db_config(DbConfig::SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, true)?;
-                connection.execute_batch("PRAGMA locking_mode = EXCLUSIVE;")?;
-                Ok(connection)
-            });
-        connection
+        Connection::open_with_flags_and_vfs(path, flags, WITHOUT_LOCKS).and_then(|connection| {
+            connection.set_db_config(DbConfig::SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, true)?;
+            connection.execute_batch("PRAGMA locking_mode = EXCLUSIVE;")?;
+            Ok(connection)
+        })
     } else if journal {
         Connection::open_with_flags(path, flags)
     } else {
