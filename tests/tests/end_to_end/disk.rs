@@ -48,7 +48,7 @@ fn a_disk_that_is_too_small_is_reported_before_anything_is_written() {
     has(&read("little.txt"), &["the disk may run full"]);
 }
 
-/// What an option writes may fail: the scores are printed, the file is not half there, and the exit code is 1.
+/// What an option writes may fail: the scores are printed, the file is not half there, and the exit code is 5.
 #[test]
 fn an_output_that_finds_the_disk_full_costs_no_scores() {
     let (town, truth) = (sample("town.mcap"), sample("truth.tum"));
@@ -64,7 +64,7 @@ fn an_output_that_finds_the_disk_full_costs_no_scores() {
         }
         let read = |name: &str| fs::read_to_string(folder.path().join(name)).unwrap();
         let stderr = read("out.txt");
-        assert_eq!((read("out.code").trim(), read("left.txt").as_str()), ("1", ""), "{stderr}");
+        assert_eq!((read("out.code").trim(), read("left.txt").as_str()), ("5", ""), "{stderr}");
         has(&stderr, &[&format!("disk/{file}: cannot write"), "No space left"]);
         assert_eq!(scores(read("out.json").as_bytes())["runs"][0]["name"], "truth");
     }

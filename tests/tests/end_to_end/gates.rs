@@ -39,7 +39,7 @@ fn every_failed_gate_is_a_line_and_the_exit_code_is_4() {
         "drift: blocked is 40.2 %, above 20.0 %",
         "drift: worse than truth, at R_cv 10 m",
         "drift: worse than truth, at R_cv 10 m",
-        "drift: revisit is 51.9 %, below 60.0 %",
+        "drift: revisit is 48.4 %, below 60.0 %",
     ];
     let stderr = text(&output.stderr);
     assert_eq!(stderr.lines().count(), expected.len(), "{stderr}");

@@ -110,9 +110,9 @@ fn a_sample_of_everything_is_everything() {
     }
 }
 
-/// The residuals of every return that is cast, by scan and time.
+/// The residuals of every return that is cast, by scan, time and place.
 #[derive(Default)]
-struct Returns(Mutex<BTreeMap<(usize, i64, u64), Vec<Residuals>>>);
+struct Returns(Mutex<BTreeMap<(usize, i64, [u64; 3]), Vec<Residuals>>>);
 
 impl Sink for Returns {
     fn returns_scored(&self, scored: &ScoredReturns<'_>) {
@@ -120,8 +120,8 @@ impl Sink for Returns {
         let runs: Vec<_> = scored.runs.iter().flatten().collect();
         for (index, &offset_ns) in scored.offsets_ns.iter().enumerate() {
             let residuals = runs.iter().map(|run| run.residuals[index]).collect();
-            let range_m = runs[0].rays[index].range_m.to_bits();
-            assert!(all.insert((scored.frame, offset_ns, range_m), residuals).is_none());
+            let place = runs[0].rays[index].endpoint_in_world().map(f64::to_bits);
+            assert!(all.insert((scored.frame, offset_ns, place), residuals).is_none());
         }
     }
 }
@@ -130,7 +130,7 @@ fn returns_of(
     log: &std::path::Path,
     runs: &[Run],
     config: &Config,
-) -> (Report, BTreeMap<(usize, i64, u64), Vec<Residuals>>) {
+) -> (Report, BTreeMap<(usize, i64, [u64; 3]), Vec<Residuals>>) {
     let returns = Returns::default();
     let report = evaluate(open(log).as_ref(), runs, config, Watch::sink(&returns)).unwrap();
     (report, returns.0.into_inner().unwrap())

@@ -108,7 +108,13 @@ fn what_is_whole_of_a_cut_database_is_read() {
         assert_eq!(all.len() as i64, scans);
         for tenths in [9, 7, 5] {
             let cut = folder.path().join("cut.db3");
-            fs::write(&cut, &whole[..whole.len() * tenths / 10]).unwrap();
+            let bytes = whole.len() * tenths / 10;
+            let bytes = bytes - bytes % page_bytes as usize;
+            // Of a page that is cut nobody knows what is whole.
+            fs::write(&cut, &whole[..bytes + 100]).unwrap();
+            let truncate = format!("`truncate -s {bytes} FILE.db3`");
+            assert_says(&open_error(&cut, &LogOptions::default()), &["cut short within a page", &truncate]);
+            fs::write(&cut, &whole[..bytes]).unwrap();
             let log = open(&cut);
             let found = read_all(&*log);
             // Every message but those at the cut; and pages of the index stand among them.

@@ -34,7 +34,7 @@ pub(super) const ROWS: &[Row] = &[
             // So many that each run's share of the memory is small.
             let many: String = (0..24).map(|k| format!(" -t run{k}=@/noise.tum")).collect();
             town.line(format!(
-                "[ulimit -f 8] score @/town.mcap{many} --work work --memory 128MiB => 1 work | cannot write the scratch file"
+                "[ulimit -f 8] score @/town.mcap{many} --work work --memory 136MiB => 1 work | cannot write the scratch file"
             ));
         },
         lines: "

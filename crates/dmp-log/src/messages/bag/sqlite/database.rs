@@ -81,6 +81,7 @@ pub(super) fn open(path: &Path) -> io::Result<Connection> {
     let connection = connection.map_err(to_io)?;
     connection.set_limit(Limit::SQLITE_LIMIT_LENGTH, MAX_MESSAGE_BYTES as i32).map_err(to_io)?;
     if bytes_cut_off(path)? > 0 {
+        refuse_cut_page(path)?;
         // Else the library refuses a file that is shorter than its head says, whatever is whole in it.
         connection.execute_batch("PRAGMA writable_schema = ON;").map_err(to_io)?;
     }
@@ -97,23 +98,41 @@ const WITHOUT_LOCKS: &std::ffi::CStr = c"unix-none";
 #[cfg(not(unix))]
 const WITHOUT_LOCKS: &std::ffi::CStr = c"win32-none";
 
+/// Of a page that is cut the library reads zeros for what is missing, as if they were part of a message.
+fn refuse_cut_page(path: &Path) -> io::Result<()> {
+    let (bytes, Some([page_bytes, _])) = (path.metadata()?.len(), pages(path)?) else { return Ok(()) };
+    if bytes.is_multiple_of(page_bytes) {
+        return Ok(());
+    }
+    let whole = bytes - bytes % page_bytes;
+    Err(io::Error::other(format!(
+        "as a rosbag2 file: it is cut short within a page: `truncate -s {whole} FILE.db3` on a copy leaves the whole pages, whose \
+         messages are read"
+    )))
+}
+
 /// How many bytes a file lacks of those that its head promises.
 pub(super) fn bytes_cut_off(path: &Path) -> io::Result<u64> {
+    let promised = pages(path)?.map_or(0, |[page_bytes, pages]| page_bytes * pages);
+    Ok(promised.saturating_sub(path.metadata()?.len()))
+}
+
+/// The bytes of a page, and the number of pages, as the head of a file has them.
+fn pages(path: &Path) -> io::Result<Option<[u64; 2]>> {
     let mut head = Vec::new();
-    let bytes = path.metadata()?.len();
     open_input(path)?.take(100).read_to_end(&mut head)?;
     let (Some(page), Some(pages)) = (
         head.get(16..).and_then(|rest| rest.first_chunk::<2>()),
         head.get(28..).and_then(|rest| rest.first_chunk::<4>()),
     ) else {
-        return Ok(0);
+        return Ok(None);
     };
     // A page of 65,536 bytes is written as 1.
     let page_bytes = match u16::from_be_bytes(*page) {
         1 => 1 << 16,
         bytes => u64::from(bytes),
     };
-    Ok((page_bytes * u64::from(u32::from_be_bytes(*pages))).saturating_sub(bytes))
+    Ok((page_bytes > 0).then(|| [page_bytes, u32::from_be_bytes(*pages).into()]))
 }
 
 /// Whether there is a file of the same name and this ending. At a pipe the library would wait.
