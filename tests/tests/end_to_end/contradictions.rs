@@ -372,6 +372,7 @@ fn no_report_of_a_drive_contradicts_itself() {
             &format!(
                 "{trusted} -t a.truth.tum -t a.drift.tum -t a.noise.tum -t a.lost.tum -t a.near.tum -t a.loop.tum"
             ),
+            &format!("{trusted} -t a.truth.tum -t a.drift.tum -t a.lost.tum"),
             &format!("{trusted} -t a.truth.tum"),
             &format!("{trusted} -t a.lost.tum"),
             &format!("{trusted} -t a.loop.tum"),
