@@ -159,12 +159,6 @@ fn layouts_of_other_data_sets_are_refused() {
     let range_m = |place_m: [f64; 3]| place_m.iter().map(|c| c * c).sum::<f64>().sqrt();
     for (whose, bytes) in [
         (
-            "KAIST's SICK",
-            each(&|k, place_m| {
-                [range_m(place_m) as f32, grey(k)].map(f32::to_le_bytes).as_flattened().to_vec()
-            }),
-        ),
-        (
             "big-endian",
             each(&|k, [x, y, z]| {
                 [x as f32, y as f32, z as f32, grey(k)].map(f32::to_be_bytes).as_flattened().to_vec()
