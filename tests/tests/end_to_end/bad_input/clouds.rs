@@ -97,8 +97,8 @@ pub(super) const ROWS: &[Row] = &[
             town.mcap("alone.mcap", &town.scans.iter().map(alone).collect::<Vec<_>>());
         },
         lines: "
-            score piles.mcap --returns all => 0 returns_used in 1000001..; runs/0/surfels in 101..; as score pcd
-            score alone.mcap --ego none => 0 returns_used = 1200000; runs/0/r_cv_m2/0.2 = null",
+            score piles.mcap --returns all => 0 returns_used in 1000001..; runs/0/surfels in 101..; as score pcd --returns all
+            score alone.mcap --returns all --ego none => 0 returns_used = 1200000; runs/0/r_cv_m2/0.2 = null",
     },
     Row {
         number: 14,
