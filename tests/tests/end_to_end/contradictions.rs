@@ -255,7 +255,7 @@ impl Said {
             let [cells, doubled] = ["cells", "doubled"].map(|name| layers[name].as_u64().unwrap());
             self.holds(doubled <= cells && cells as f64 <= number("cells"), "more layers than cells");
             self.holds((doubled > 0) == layers["median_m"].is_f64(), "layers without a distance");
-            self.holds((doubled > 0) == !layers["places"].as_array().unwrap().is_empty(), "layers nowhere");
+            self.holds((doubled > 0) != layers["places"].as_array().unwrap().is_empty(), "layers nowhere");
             let visits = self.drift_of(run["name"].as_str().unwrap()).map(|run| run["pairs_found"] != 0);
             self.holds(doubled == 0 || visits != Some(false), "two layers of one visit");
         }

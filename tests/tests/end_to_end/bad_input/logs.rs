@@ -20,7 +20,7 @@ pub(super) const ROWS: &[Row] = &[
         made: |town| {
             let (whole, records) = sample();
             town.write("half.mcap", &whole[..whole.len() / 2]);
-            let bag = Bag::new(&town.scans, "lz4").bytes;
+            let bag = Bag::new(town.scans, "lz4").bytes;
             town.write("half.bag", &bag[..bag.len() / 2]);
             let &(end, _, length) = records.iter().find(|record| record.1 == 15).unwrap();
             town.write("no_summary.mcap", &whole[..end + 9 + length as usize]);
