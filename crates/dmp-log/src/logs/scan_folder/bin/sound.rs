@@ -22,6 +22,10 @@ const LEAST_BYTES: usize = 16_000;
 /// Several points together may be less mixed by their order: a part of the best length may be right if it is at most
 /// this much more mixed, bits.
 const BY_ORDER: f64 = 0.3;
+/// Parts of a file in which coordinates are compared, the fewest points of one, and how alike they are, in their spread.
+const PARTS: usize = 8;
+const FEWEST_OF_PART: usize = 100;
+const ALIKE_BY: f64 = 0.2;
 /// Bytes mixed at random are this much more mixed than those of the right length, bits.
 const CLEAR: f64 = 0.1;
 /// Share of points whose values must be possible.
@@ -146,5 +150,22 @@ fn fits_file(layout: &Layout, sample: &[u8]) -> bool {
     }
     // Times are not all one.
     let are_times = times.is_none() || extremes[0] < extremes[1];
-    are_times && possible as f64 >= POSSIBLE * all as f64
+    let places_m: Vec<[f64; 3]> = rows.values([None; 2]).map(|(place_m, _)| place_m).collect();
+    are_times && possible as f64 >= POSSIBLE * all as f64 && !are_of_several_points(&places_m)
+}
+
+/// Whether x and z of most parts of a file have one mean and one spread. Then they are one number of several points: all x stand
+/// before all y, or a point is a range and an intensity.
+fn are_of_several_points(places_m: &[[f64; 3]]) -> bool {
+    let parts: Vec<_> = places_m.chunks(places_m.len().div_ceil(PARTS).max(FEWEST_OF_PART)).collect();
+    let is_one = |part: &&&[[f64; 3]]| {
+        let of = |axis: usize| {
+            let mean = part.iter().map(|place| place[axis]).sum::<f64>() / part.len() as f64;
+            let square = part.iter().map(|place| (place[axis] - mean) * (place[axis] - mean)).sum::<f64>();
+            (mean, (square / part.len() as f64).sqrt())
+        };
+        let [(x, spread), (z, its)] = [of(0), of(2)];
+        spread > 0.0 && (z - x).abs() <= ALIKE_BY * spread && (its - spread).abs() <= ALIKE_BY * spread
+    };
+    2 * parts.iter().filter(is_one).count() > parts.len()
 }

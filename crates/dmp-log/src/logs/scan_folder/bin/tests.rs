@@ -157,7 +157,18 @@ fn layouts_of_other_data_sets_are_refused() {
         points.iter().enumerate().flat_map(|(k, (place_m, ..))| point(k, *place_m)).collect()
     };
     let range_m = |place_m: [f64; 3]| place_m.iter().map(|c| c * c).sum::<f64>().sqrt();
+    // Oxford RobotCar: all x, then all y, all z, all intensities.
+    let mut columns: Vec<f32> =
+        (0..3).flat_map(|axis| points.iter().map(move |point| point.0[axis] as f32)).collect();
+    columns.extend((0..points.len()).map(grey));
     for (whose, bytes) in [
+        ("RobotCar", columns.iter().flat_map(|value| value.to_le_bytes()).collect()),
+        (
+            "KAIST's SICK",
+            each(&|k, place_m| {
+                [range_m(place_m) as f32, grey(k)].map(f32::to_le_bytes).as_flattened().to_vec()
+            }),
+        ),
         (
             "big-endian",
             each(&|k, [x, y, z]| {
