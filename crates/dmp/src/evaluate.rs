@@ -53,7 +53,7 @@ fn score<'a>(task: Task<'a>, runs: &'a [Run]) -> Result<Report, EvaluateError> {
     let fused = fused.without_trails()?;
     times.of.trails_s = times.lap_s();
 
-    // z' = S(M, T_z) for every return of every scan (eq. 6–7), and Σ (z − z')² (eq. 13).
+    // z' = S(M, T_z) for the drawn returns of every scan (eq. 6–7), and Σ (z − z')² (eq. 13).
     let kept = fused.keep_if_due()?;
     let (mut maps, tiles) = fused.casters();
     maps.doubt()?;

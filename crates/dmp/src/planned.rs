@@ -196,7 +196,7 @@ impl<'a> PlannedScore<'a> {
         Ok(all)
     }
 
-    /// Casts every return of some scans into every run's map without what moved, which `map` opens or makes at a path where it may lie.
+    /// Casts the drawn returns of some scans into every run's map without what moved, which `map` opens or makes at a path where it may lie.
     ///
     /// # Errors
     /// When the log or a map cannot be read.

@@ -11,7 +11,7 @@ use crate::passes::evaluation::Evaluation;
 use crate::passes::frames::{Jobs, Pauses, each_frame_in_parts, jobs_of};
 
 impl Evaluation<'_, RunCaster> {
-    /// Casts every return of some frames into every run's map; returns the sums.
+    /// Casts the drawn returns of some frames into every run's map; returns the sums.
     ///
     /// # Errors
     /// When the log or a map cannot be read.

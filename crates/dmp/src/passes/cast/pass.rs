@@ -114,7 +114,7 @@ impl Sums {
 }
 
 impl Evaluation<'_, RunCaster> {
-    /// Casts every return of the sample into every run's map and reduces the residuals, in one pass over the
+    /// Casts the drawn returns of the sample into every run's map and reduces the residuals, in one pass over the
     /// log. Resumes from a checkpoint; `maps` are stored before the first checkpoint of its own. If a
     /// decision is requested, samples grow until it is made.
     ///
@@ -167,7 +167,7 @@ impl Evaluation<'_, RunCaster> {
         Schedule::new(&self.plan, &runs, jobs, self.settings.max_range_m)
     }
 
-    /// Casts every return of some frames, once and without checkpoints. Returns the return counts, and the
+    /// Casts the drawn returns of some frames, once and without checkpoints. Returns the return counts, and the
     /// sums by tile if requested.
     ///
     /// # Errors
