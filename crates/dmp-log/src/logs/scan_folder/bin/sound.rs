@@ -26,6 +26,8 @@ const BY_ORDER: f64 = 0.3;
 const PARTS: usize = 8;
 const FEWEST_OF_PART: usize = 100;
 const ALIKE_BY: f64 = 0.2;
+/// Neighbours of a scan lie near each other: the least correlation of one number of several points.
+const TOGETHER: f64 = 0.5;
 /// Bytes mixed at random are this much more mixed than those of the right length, bits.
 const CLEAR: f64 = 0.1;
 /// Share of points whose values must be possible.
@@ -154,8 +156,8 @@ fn fits_file(layout: &Layout, sample: &[u8]) -> bool {
     are_times && possible as f64 >= POSSIBLE * all as f64 && !are_of_several_points(&places_m)
 }
 
-/// Whether x and z of most parts of a file have one mean and one spread. Then they are one number of several points: all x stand
-/// before all y, or a point is a range and an intensity.
+/// Whether x and z of most parts of a file have one mean and one spread, and go together. Then they are one number of
+/// several points: all x stand before all y, or a point is a range and an intensity.
 fn are_of_several_points(places_m: &[[f64; 3]]) -> bool {
     let parts: Vec<_> = places_m.chunks(places_m.len().div_ceil(PARTS).max(FEWEST_OF_PART)).collect();
     let is_one = |part: &&&[[f64; 3]]| {
@@ -165,7 +167,11 @@ fn are_of_several_points(places_m: &[[f64; 3]]) -> bool {
             (mean, (square / part.len() as f64).sqrt())
         };
         let [(x, spread), (z, its)] = [of(0), of(2)];
-        spread > 0.0 && (z - x).abs() <= ALIKE_BY * spread && (its - spread).abs() <= ALIKE_BY * spread
+        let together = part.iter().map(|place| (place[0] - x) * (place[2] - z)).sum::<f64>();
+        spread > 0.0
+            && (z - x).abs() <= ALIKE_BY * spread
+            && (its - spread).abs() <= ALIKE_BY * spread
+            && together / part.len() as f64 > TOGETHER * spread * its
     };
     2 * parts.iter().filter(is_one).count() > parts.len()
 }
