@@ -57,6 +57,19 @@ fn row_19_right_runs_and_their_maps_are_left_alone_however_bad_they_are() {
     let wrong =
         [("terrible noise", noise(0.3, 1.0)), ("much drift", drift(3.0)), ("collapsed", collapse(0.5))];
     assert_eq!(words(&vetted(&runs_of(&town().1, &wrong), false)), [""; 0]);
+    // A run that loses its way, ever faster, at a third or at two thirds of the drive: as millimetres it would stand still.
+    let lost = |at: usize| {
+        let later = (0..).map(|k: usize| k.saturating_sub(at) as f64);
+        let poses = town().1.stamps_ns().unwrap().iter().zip(town().1.poses()).zip(later);
+        let poses = poses
+            .map(|((&ns, pose), later)| (ns, Isometry3::translation(later * later, 5.0 * later, 0.0) * pose));
+        Run::new("lost", Trajectory::stamped(poses.collect()).unwrap().trajectory)
+    };
+    let poses = town().1.len();
+    for at in [poses / 3, 2 * poses / 3] {
+        let said = words(&vetted(&[lost(at)], false)).join("; ");
+        assert!(!said.contains("--poses-as"), "{said}");
+    }
     // With a pose for each scan, without stamps, seen from elsewhere: nothing depends on that.
     let at_scans = town().0.iter().filter_map(|scan| town().1.world_from_body_at(scan.stamp_ns?, i64::MAX));
     let elsewhere = Isometry3::translation(500_000.0, 4_000_000.0, 100.0) * turn(Vector3::z(), 120.0);

@@ -19,6 +19,8 @@ const CONFIDENCE: f64 = 0.999;
 /// Correct inputs gain less than a hundredth from any, wrong ones half as much again and more.
 const BETTER_BY: f64 = 1.25;
 const BETTER_BY_SHARE: f64 = 0.1;
+/// Of a run that is read as it is meant, at least this share of the returns meets, even if it is poor.
+const LEAST_SHARE: f64 = 0.4;
 /// One block in so many is enough to see that an interpretation is not worth all: there it must fit better by this factor.
 const FEW: usize = 4;
 const WORTH_BY: f64 = 1.1;
@@ -153,7 +155,8 @@ impl Look<'_> {
 
     /// The interpretation with which the scans fit much better, if there is one.
     fn best_reading(&self, run: &Run, given: Together) -> Result<Option<(Together, Reading)>, EvaluateError> {
-        let speed_m_per_s = given.way_m / given.way_s.max(1e-3);
+        // Most of the run's steps: one that loses its way in the middle is fast at the end.
+        let speed_m_per_s = self.mounted(run, |mount| mount.trajectory.usual_speed_m_per_s())?.unwrap_or(0.0);
         let mut best: Option<(Together, Reading)> = None;
         let few_given = self.together(run, FEW)?.map_or(0.0, |few| few.share());
         for reading in readings::all(run, self.settings, self.heads.summary(), speed_m_per_s) {
@@ -165,7 +168,7 @@ impl Look<'_> {
             let stands = reading.is_shift && fit.way_m < LEAST_WAY * given.way_m;
             // A share of the few returns at the end of the drive does not count.
             let is_whole = 2 * fit.returns > given.returns;
-            let better = is_better_share(fit.share(), given.share());
+            let better = fit.share() > LEAST_SHARE && is_better_share(fit.share(), given.share());
             if !stands
                 && is_whole
                 && better
