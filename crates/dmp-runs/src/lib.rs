@@ -21,7 +21,7 @@ pub use asked::{
     in_threads, in_voxels, in_words, pool, so_far,
 };
 pub use runs::{
-    BLOCK_RAYS, Block, Heads, KNOWN_TIMES, MIN_BLOCK_RETURNS, PlannedFrame, PosedRun, Poser, RunPath,
+    BLOCK_RAYS, Block, Drawn, Heads, KNOWN_TIMES, MIN_BLOCK_RETURNS, PlannedFrame, PosedRun, Poser, RunPath,
     RunPoses, Selection, apart_of, file_stem_of, on_log_clock, posed,
 };
 pub use vet::{

@@ -51,6 +51,20 @@ impl Block<'_> {
     }
 }
 
+/// The drawn returns of a scan.
+#[derive(Debug, Clone, Copy)]
+pub enum Drawn<'a> {
+    /// Those that are to be drawn of a whole scan.
+    Of(&'a Scan),
+    /// All of `scan`: they were drawn before, of a scan of so many.
+    Already {
+        /// The drawn returns in their order.
+        scan: &'a Scan,
+        /// Returns of the whole scan.
+        of: u64,
+    },
+}
+
 /// Converts scans into rays, one for every run and every used return.
 #[derive(Debug)]
 pub struct Poser<'a> {
@@ -123,22 +137,52 @@ impl<'a> Poser<'a> {
     /// The first of `each`.
     pub fn blocks<E>(
         &mut self,
-        (ordinal, frame): (usize, &PlannedFrame),
+        frame: (usize, &PlannedFrame),
         scan: &Scan,
-        mut each: impl FnMut(Block<'_>) -> Result<(), E>,
+        each: impl FnMut(Block<'_>) -> Result<(), E>,
     ) -> Result<ReturnCounts, E> {
+        self.blocks_of(frame, Drawn::Of(scan), each)
+    }
+
+    /// The same where the returns may have been drawn before.
+    ///
+    /// # Errors
+    /// The first of `each`.
+    pub fn blocks_of<E>(
+        &mut self,
+        (ordinal, frame): (usize, &PlannedFrame),
+        drawn: Drawn<'_>,
+        each: impl FnMut(Block<'_>) -> Result<(), E>,
+    ) -> Result<ReturnCounts, E> {
+        let (scan, of, draw) = match drawn {
+            Drawn::Of(scan) => (scan, scan.len() as u64, self.draw),
+            Drawn::Already { scan, of } => (scan, of, ReturnDraw::ALL),
+        };
         let mut counts = ReturnCounts::default();
         if !self.begin(ordinal, frame) {
-            counts.add_dropped(DropReason::NoPose, scan.len() as u64);
+            counts.add_dropped(DropReason::NoPose, of);
             return Ok(counts);
         }
+        let drawn = self.each_block(draw.of_scan(frame.number, scan.len()), scan, &mut counts, each)?;
+        counts.add_dropped(DropReason::NotDrawn, of - drawn);
+        Ok(counts)
+    }
+
+    /// Passes `each` the used returns at these places of a scan; returns the number of places.
+    fn each_block<E>(
+        &mut self,
+        places: impl Iterator<Item = usize>,
+        scan: &Scan,
+        counts: &mut ReturnCounts,
+        mut each: impl FnMut(Block<'_>) -> Result<(), E>,
+    ) -> Result<u64, E> {
         let block_returns = (BLOCK_RAYS / self.runs.len().max(1)).max(MIN_BLOCK_RETURNS);
         self.clear();
         self.known.clear();
         // The beams of a firing share their time and thus their poses.
         let mut posed_at_ns = None;
         let mut drawn = 0;
-        for index in self.draw.of_scan(frame.number, scan.len()) {
+        for index in places {
             drawn += 1;
             let point = scan.points_in_sensor_m[index];
             if self.one_in > 1 && !drawn_by(point).is_multiple_of(self.one_in) {
@@ -170,8 +214,7 @@ impl<'a> Poser<'a> {
             self.pose_points();
             each(self.block())?;
         }
-        counts.add_dropped(DropReason::NotDrawn, scan.len() as u64 - drawn);
-        Ok(counts)
+        Ok(drawn)
     }
 
     /// Looks up how each run poses the scan; returns whether any does.

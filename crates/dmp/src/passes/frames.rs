@@ -11,17 +11,31 @@ use dmp_runs::{EvaluateError, FrameOrder, PlannedFrame, Progress};
 use dmp_sensor::Scan;
 
 use crate::means::peak;
+use crate::passes::fuse::{DrawnScans, ScanFacts};
 
 /// The work of a thread on its frames.
 pub(crate) trait Worker: Send {
     /// Processes one frame; `ordinal` counts the planned frames in order of time.
     fn frame(&mut self, ordinal: usize, frame: &PlannedFrame, scan: &Scan) -> Result<(), EvaluateError>;
+
+    /// The same where `scan` holds the drawn returns of a scan, of which `facts` are known.
+    fn drawn_frame(
+        &mut self,
+        ordinal: usize,
+        frame: &PlannedFrame,
+        scan: &Scan,
+        _facts: &ScanFacts,
+    ) -> Result<(), EvaluateError> {
+        self.frame(ordinal, frame, scan)
+    }
 }
 
 /// One reading of a log.
 #[derive(Clone, Copy)]
 pub(crate) struct Reading<'a> {
     pub(crate) log: &'a dyn ScanLog,
+    /// Where only drawn returns are wanted: those that were kept. Other scans are read from the log, whole.
+    pub(crate) drawn: Option<&'a DrawnScans>,
     pub(crate) frames: &'a [PlannedFrame],
     pub(crate) order: FrameOrder,
     pub(crate) progress: &'a dyn Progress,
@@ -149,7 +163,7 @@ fn in_threads<W: Worker>(
 }
 
 fn work<W: Worker>(
-    Reading { log, frames, progress, .. }: Reading<'_>,
+    Reading { log, drawn, frames, progress, .. }: Reading<'_>,
     jobs: &crossbeam_channel::Receiver<Vec<usize>>,
     stopped: &AtomicBool,
     worker: &mut W,
@@ -165,8 +179,13 @@ fn work<W: Worker>(
                 return Err(EvaluateError::Cancelled);
             }
             let frame = &frames[ordinal];
-            reader.read(frame.frame, &mut scan)?;
-            worker.frame(ordinal, frame, &scan)?;
+            let kept = drawn.map(|drawn| drawn.read(ordinal, &mut scan)).transpose()?.flatten();
+            if let Some(facts) = kept {
+                worker.drawn_frame(ordinal, frame, &scan, &facts)?;
+            } else {
+                reader.read(frame.frame, &mut scan)?;
+                worker.frame(ordinal, frame, &scan)?;
+            }
         }
         peak::look();
     }

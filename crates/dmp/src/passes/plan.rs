@@ -77,7 +77,7 @@ impl Plan {
         means: &Means,
         progress: &'b dyn Progress,
     ) -> Reading<'b> {
-        Reading { log, frames: self.frames(), order: means.order, progress }
+        Reading { log, drawn: None, frames: self.frames(), order: means.order, progress }
     }
 
     /// Number of returns of some of them.

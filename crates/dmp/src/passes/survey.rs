@@ -99,7 +99,8 @@ impl Survey<'_> {
         let looked = Mutex::new(Vec::with_capacity(wanted.len()));
         let worker = || Look { filter, voxels_m, looked: &looked, progress: self.progress };
         let threads = self.pool.current_num_threads().min(wanted.len());
-        let reading = Reading { log: self.log, frames, order: FrameOrder::Log, progress: self.progress };
+        let reading =
+            Reading { log: self.log, drawn: None, frames, order: FrameOrder::Log, progress: self.progress };
         let is_wanted = |ordinal: usize| wanted.binary_search(&ordinal).is_ok();
         each_frame_of(reading, is_wanted, (0..threads).map(|_| worker()).collect())?;
         peak::look();

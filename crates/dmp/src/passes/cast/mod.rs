@@ -7,7 +7,6 @@ mod odd;
 mod part;
 mod pass;
 mod rows;
-mod shapes;
 mod worker;
 
 pub(crate) use casters::{RunCaster, horizon_m};

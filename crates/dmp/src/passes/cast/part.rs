@@ -18,7 +18,7 @@ impl Evaluation<'_, RunCaster> {
     pub(crate) fn cast_part(&self, tiles: &SharedTiles, wanted: &FrameSet) -> Result<Casting, EvaluateError> {
         let layout = self.layout();
         let workers = (0..self.means.threads).map(|_| CastWorker::new(self, &layout)).collect();
-        let reading = self.plan.reading(self.log, &self.means, self.progress);
+        let reading = self.drawn_reading();
         let jobs = jobs_of(reading, |ordinal| wanted.contains(ordinal));
         let schedule = tiles.schedule.get_or_init(|| self.schedule(&mut jobs.iter()));
         self.progress.begin(Stage::Cast, self.plan.returns_of(wanted));

@@ -12,11 +12,10 @@ use super::casters::{RunCaster, SharedTiles, bases};
 use super::checkpoint::Casting;
 use super::copies::{CopiedScans, copied_scans};
 use super::odd::{OddScans, in_rows, odd_scans};
-use super::shapes::ScanShape;
 use super::worker::{CastWorker, OwnTileSums};
 use crate::passes::evaluation::Evaluation;
 use crate::passes::frames::{Jobs, Pauses, Reading, each_frame_in_parts, each_frame_of, jobs_of};
-use crate::passes::fuse::KeptMaps;
+use crate::passes::fuse::{KeptMaps, ScanShape};
 use crate::passes::schedule::Schedule;
 
 /// Everything that casting a log yields.
@@ -129,7 +128,7 @@ impl Evaluation<'_, RunCaster> {
             self.work.save(&before.with(workers)?.kept(done.clone()))
         };
         let mut workers = (0..self.means.threads).map(|_| CastWorker::new(self, &layout)).collect();
-        let reading = self.plan.reading(self.log, &self.means, self.progress);
+        let reading = self.drawn_reading();
         let looks: Vec<Look> = self.looks(reading, &done);
         let schedule =
             tiles.schedule.get_or_init(|| self.schedule(&mut looks.iter().flat_map(|look| &look.jobs)));
@@ -178,7 +177,7 @@ impl Evaluation<'_, RunCaster> {
     ) -> Result<(ReturnCounts, OwnTileSums), EvaluateError> {
         let layout = self.layout();
         let workers = (0..self.means.threads).map(|_| CastWorker::new(self, &layout)).collect();
-        let reading = self.plan.reading(self.log, &self.means, self.progress);
+        let reading = self.drawn_reading();
         let is_wanted = |ordinal| wanted.contains(ordinal) && self.uses(ordinal);
         let workers = each_frame_of(reading, is_wanted, workers)?;
         let (mut counts, mut tiles) = (ReturnCounts::default(), HashMap::new());
@@ -189,6 +188,12 @@ impl Evaluation<'_, RunCaster> {
             }
         }
         Ok((counts, tiles))
+    }
+
+    /// The reading of what is cast: of the drawn returns where they were kept, else of the log.
+    pub(super) fn drawn_reading(&self) -> Reading<'_> {
+        let reading = self.plan.reading(self.log, &self.means, self.progress);
+        Reading { drawn: self.drawn.as_deref(), ..reading }
     }
 
     pub(super) fn layout(&self) -> Layout {

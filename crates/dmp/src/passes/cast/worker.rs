@@ -8,14 +8,13 @@ use dmp_reduce::{
     Basis, DepthResidual, FrameSums, Layout, NarrowSums, Reducer, Residuals, RunSums, Scales, Squares,
     SurfaceGroup, floor,
 };
-use dmp_runs::{Block, EvaluateError, PlannedFrame, PosedRun, Poser, ScoredReturns, ScoredRun, posed};
+use dmp_runs::{Block, Drawn, EvaluateError, PlannedFrame, PosedRun, Poser, ScoredReturns, ScoredRun, posed};
 use dmp_sensor::{DepthNoise, Isometry3, Ray, ReturnCounts, Scan, depth_per_range};
 
 use super::casters::{RunCaster, bases};
-use super::copies::mark_of;
-use super::shapes::ScanShape;
 use crate::passes::evaluation::Evaluation;
 use crate::passes::frames::Worker;
+use crate::passes::fuse::{ScanFacts, ScanShape};
 
 /// Sums of the returns that lie in a tile of the frame of the run's trajectory (not of its map), for each run and tile. There are none
 /// without `per_tile`, and none in parts.
@@ -82,17 +81,38 @@ impl<'e> CastWorker<'e> {
 
 impl Worker for CastWorker<'_> {
     fn frame(&mut self, ordinal: usize, frame: &PlannedFrame, scan: &Scan) -> Result<(), EvaluateError> {
+        let facts = ScanFacts::of(scan, self.evaluation.log.summary().has_checksums);
+        self.cast((ordinal, frame), Drawn::Of(scan), &facts)
+    }
+
+    fn drawn_frame(
+        &mut self,
+        ordinal: usize,
+        frame: &PlannedFrame,
+        scan: &Scan,
+        facts: &ScanFacts,
+    ) -> Result<(), EvaluateError> {
+        self.cast((ordinal, frame), Drawn::Already { scan, of: facts.returns }, facts)
+    }
+}
+
+impl CastWorker<'_> {
+    /// Casts the drawn returns of a scan.
+    fn cast(
+        &mut self,
+        (ordinal, frame): (usize, &PlannedFrame),
+        drawn: Drawn<'_>,
+        facts: &ScanFacts,
+    ) -> Result<(), EvaluateError> {
         let Self { evaluation, poser, runs, queries, buffers, residuals, .. } = self;
         let (depth_noise, scales) = (self.depth_noise.as_ref(), self.frame.scales());
         let per_tile = evaluation.means.per_tile;
         self.frame.clear();
-        if !evaluation.log.summary().has_checksums {
-            self.shapes.push((ordinal as u64, ScanShape::of(scan)));
-        }
-        self.marks.extend(mark_of(scan).map(|mark| (ordinal as u64, mark)));
+        self.shapes.extend(facts.shape.map(|shape| (ordinal as u64, shape)));
+        self.marks.extend(facts.mark.map(|mark| (ordinal as u64, mark)));
         let sums = &mut self.frame;
         let mut first = 0;
-        let counts = poser.blocks((ordinal, frame), scan, |block| {
+        let counts = poser.blocks_of((ordinal, frame), drawn, |block| {
             let mut reposed = false;
             for (number, (run, residuals)) in runs.iter_mut().zip(residuals.iter_mut()).enumerate() {
                 residuals.clear();

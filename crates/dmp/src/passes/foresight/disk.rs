@@ -8,6 +8,7 @@ use dmp_runs::{EvaluateError, Means, SettingName, in_words};
 
 use super::sounding::Sounding;
 use crate::passes::evaluation::Evaluation;
+use crate::passes::fuse::DRAWN_BYTES;
 
 // Measured: docs/performance.md.
 
@@ -66,7 +67,9 @@ impl<M: Sync + Send> Evaluation<'_, M> {
         let sizes = plan.looks.sizes();
         let scored = sizes.last().map_or(1.0, |&size| size as f64 / plan.frames().len().max(1) as f64);
         let watched = self.sink.work_bytes((scored * self.returns() as f64) as u64);
-        let work = map_bytes * (1 - saved) + twice + aside_bytes + watched;
+        let share = if self.keeps_drawn() { 1.0 / plan.draw.one_in() as f64 } else { 0.0 };
+        let drawn = (DRAWN_BYTES * share * self.returns() as f64) as u64;
+        let work = map_bytes * (1 - saved) + twice + aside_bytes + watched + drawn;
         DiskNeed { work, saved: map_bytes * saved }
     }
 }

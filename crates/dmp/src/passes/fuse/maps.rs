@@ -8,6 +8,7 @@ use dmp_map::{Lattice, MapFuser, Origin, Store};
 use dmp_runs::{EvaluateError, MapSource, PosedRun};
 
 use super::checkpoint::{Fused, Fusing};
+use super::drawn::DrawnScans;
 use super::files::{Finished, finish};
 use super::pass::{FusePass, Making};
 use crate::means::peak;
@@ -29,8 +30,10 @@ impl<'a> Evaluation<'a, Option<Store>> {
         let states = std::mem::take(&mut before.fusers);
         let mut making = work.install(|| self.begin(states, Self::given_map))?;
         if making.runs.iter().any(|run| matches!(run.map, Making::Scans(_))) {
+            making.drawn = making.drawn_scans()?;
             making.fused.counts = Some(FusePass { evaluation: &making, frames: None }.run(&before)?);
         }
+        making.fused.scratch_bytes += making.drawn.as_ref().map_or(0, |drawn| drawn.bytes());
         work.install(|| making.finish())
     }
 
@@ -72,6 +75,22 @@ impl<'a> Evaluation<'a, Option<Store>> {
 }
 
 impl<M> Evaluation<'_, M> {
+    /// Whether a share of the returns of every scan will be cast.
+    pub(crate) fn keeps_drawn(&self) -> bool {
+        let all = self.plan.frames().len() as u64;
+        self.plan.draw.one_in() > 1 && self.plan.looks.sizes() == [all]
+    }
+
+    /// Where drawn returns are kept for casting, if that saves a reading of the log.
+    fn drawn_scans(&self) -> Result<Option<Arc<DrawnScans>>, EvaluateError> {
+        if !self.keeps_drawn() {
+            return Ok(None);
+        }
+        let (scans, has_checksums) = (self.plan.frames().len(), self.log.summary().has_checksums);
+        let drawn = DrawnScans::new(self.plan.draw, scans, has_checksums, self.work.path())?;
+        Ok(Some(Arc::new(drawn)))
+    }
+
     pub(crate) fn lattice(&self) -> Result<Lattice, EvaluateError> {
         Ok(Lattice::new(self.plan.surveyed.voxel_m)?)
     }

@@ -1,6 +1,7 @@
 //! The maps of all runs: fused from the scans or given, checkpointed and resumed.
 
 mod checkpoint;
+mod drawn;
 mod files;
 mod kept;
 mod maps;
@@ -8,5 +9,6 @@ mod part;
 mod pass;
 
 pub(crate) use checkpoint::Fused;
+pub(crate) use drawn::{DRAWN_BYTES, DrawnScans, ScanFacts, ScanShape, half_octave_m};
 pub(crate) use files::{Finished, Life, finish};
 pub(crate) use kept::KeptMaps;

@@ -16,16 +16,16 @@ const ONE_STRAY_OF: u64 = 256;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct ScanShape {
     /// Points with an echo.
-    pub(super) returns: u32,
-    pub(super) implausible: u32,
+    pub(crate) returns: u32,
+    pub(crate) implausible: u32,
     /// The half octave from 1 m in which its ranges end, except for a few.
-    pub(super) end: u8,
+    pub(crate) end: u8,
     /// Shares of the returns, in 1/255.
     shares: [u8; BINS],
 }
 
 impl ScanShape {
-    pub(super) fn of(scan: &Scan) -> Self {
+    pub(crate) fn of(scan: &Scan) -> Self {
         let (mut bins, mut far_bins) = ([0_u64; BINS], [0_u64; FAR_BINS]);
         let (mut returns, mut implausible) = (0_u64, 0_u64);
         for &point in &scan.points_in_sensor_m {
@@ -61,14 +61,14 @@ impl ScanShape {
     }
 
     /// Share of the returns at other ranges: total variation, 0 to 1.
-    pub(super) fn apart(&self, other: &Self) -> f64 {
+    pub(crate) fn apart(&self, other: &Self) -> f64 {
         let differences = self.shares.iter().zip(&other.shares).map(|(a, b)| u32::from(a.abs_diff(*b)));
         f64::from(differences.sum::<u32>()) / 510.0
     }
 }
 
 /// Where a half octave from 1 m on begins, metres.
-pub(super) fn half_octave_m(number: u8) -> f64 {
+pub(crate) fn half_octave_m(number: u8) -> f64 {
     f64::from(1_u32 << (number / 2)) * if number.is_multiple_of(2) { 1.0 } else { std::f64::consts::SQRT_2 }
 }
 
