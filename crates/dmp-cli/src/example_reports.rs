@@ -9,11 +9,14 @@ pub(crate) fn three_runs() -> Report {
     drift.coverage = Some(0.431);
     let why = "coverage is 0.431, below 0.5";
     withhold(&mut drift, why);
-    drift.warnings = vec![format!("R_cv is not given: {why}; pairs are still compared on common returns")];
+    drift.warnings = vec![
+        "R_cv is not given: coverage is 43.1 %, below 50 %; pairs are still compared on common returns"
+            .into(),
+    ];
     let runs = vec![drift, run("größe", 1.1), run("truth", 1.0)];
     let mut undecided = pair("truth", "größe", Basis::CrossValidated, &[10.0, 2.0, 0.5, 0.2]);
     undecided.verdict = Verdict::Undecided;
-    undecided.reason = "undecided: no scale shows a difference outside its interval".into();
+    undecided.reason = "undecided: the residuals differ by no more than may be chance".into();
     let mut mixed = pair("drift", "größe", Basis::CrossValidated, &[10.0, 2.0, 0.5, 0.2]);
     mixed.verdict = Verdict::Mixed { run: "größe".into(), decided_at_m: 10.0 };
     mixed.reason =

@@ -71,6 +71,44 @@ fn a_room_is_read_back_with_its_truth_and_its_estimates_score_in_their_order() {
     );
 }
 
+/// Three people walk around while the camera does.
+#[test]
+fn people_who_walk_ruin_no_room() {
+    let scored = |people: usize| {
+        let made = once(&format!("{MAKE} --people {people}"));
+        let runs: Vec<String> = ["good", "off", "false_loop"]
+            .iter()
+            .map(|name| format!("-t room/estimates/{name}.txt"))
+            .collect();
+        json(
+            &made.folder,
+            &format!("score room {} --voxel 0.1 --min-range 0.3 --drift=none -q", runs.join(" ")),
+        )
+    };
+    let [without, with] = [0, 3].map(scored);
+    for report in [&without, &with] {
+        assert_eq!(report["order"][0], "good", "{report}");
+        let best =
+            report["pairs"].as_array().unwrap().iter().filter(|pair| pair.to_string().contains("good"));
+        assert!(best.clone().all(|pair| pair["verdict"]["run"] == "good"), "{}", report["pairs"]);
+        assert!(!report["runs"][0]["warnings"].to_string().contains("blocked"), "{}", report["runs"][0]);
+    }
+    let of_good = |report: &serde_json::Value, field: &str| {
+        let runs = report["runs"].as_array().unwrap();
+        let good = runs.iter().find(|run| run["name"] == "good").unwrap();
+        (good[field].as_f64().or(good[field][0].as_f64())).unwrap()
+    };
+    println!(
+        "R_cv {} {} blocked {} {} left out {} {}",
+        of_good(&without, "r_cv_m2").sqrt(),
+        of_good(&with, "r_cv_m2").sqrt(),
+        of_good(&without, "blocked_rate"),
+        of_good(&with, "blocked_rate"),
+        of_good(&without, "returns_left_out"),
+        of_good(&with, "returns_left_out"),
+    );
+}
+
 #[test]
 fn what_no_room_can_be_is_refused() {
     let folder = tempfile::tempdir().unwrap();

@@ -138,6 +138,15 @@ pub(crate) static ROUTE: Opt<Route> = Opt {
 pub(crate) static TRAFFIC: Opt<usize> =
     Opt { help: "Number of moving cars. Default: 0", ..Opt::text(Plain, "traffic", "N", "20", parsed) };
 
+pub(crate) static PEOPLE: Opt<usize> = Opt {
+    help: "Number of people who walk around in the room, up to 20. Default: 0",
+    ..Opt::text(Plain, "people", "N", "3", up_to_20)
+};
+
+fn up_to_20(text: &str) -> Result<usize, String> {
+    text.parse().ok().filter(|people| *people <= 20).ok_or_else(|| "must be a number from 0 to 20".to_owned())
+}
+
 pub(crate) static COMPANY: Opt<Vec<Companion>> = Opt {
     help: "What moves near the sensor all the way: `ahead=LENGTH` (a car that is followed), `stop-and-go`, `overtaking`, \
            `oncoming`, `bus`, `crowd`; several with commas",

@@ -1,8 +1,10 @@
 //! What a report says of its runs, in one or two sentences: for terminals and pages alike.
 
-use dmp_report::{Best, Report, Verdict};
+use dmp_report::{Best, Report, RunReport, Verdict, Withheld};
 use dmp_revisit::apart::short_length;
 use dmp_revisit::drift::{DriftReport, RunDrift};
+
+use crate::text::percent;
 
 /// So many runs are listed by name.
 const LISTED: usize = 5;
@@ -27,11 +29,31 @@ const STANDINGS: [Standing; 6] = [
 pub fn answer(report: &Report, shown: impl Fn(&str) -> String) -> String {
     let shown = |name: &str| shown(name);
     let decided = decided(report, &shown);
-    match revisits(report, &shown) {
+    let said = match revisits(report, &shown) {
         Some(Revisits::OfFirst(clause)) => format!("{}; {clause}", decided.trim_end_matches('.')),
         Some(Revisits::Sentence(sentence)) => format!("{decided} {sentence}"),
         None => decided,
-    }
+    };
+    [said].into_iter().chain(poor(report, &shown)).collect::<Vec<_>>().join(" ")
+}
+
+/// Runs of which a verdict says little: those with poses for few of the scans, and those whose map hardly holds the scans.
+fn poor(report: &Report, shown: &dyn Fn(&str) -> String) -> Option<String> {
+    let scans = report.runs.iter().map(|run| run.frames).max()?;
+    let of_run = |run: &RunReport| {
+        if 2 * run.frames < scans {
+            return Some(format!("{} has poses for only {} of {scans} scans", shown(&run.name), run.frames));
+        }
+        let is_low = run.r_cv_withheld.as_ref().is_some_and(Withheld::is_low_coverage);
+        let coverage = run.coverage.filter(|_| is_low)?;
+        Some(format!(
+            "only {} % of the returns of {} meet what other scans saw",
+            percent(coverage),
+            shown(&run.name)
+        ))
+    };
+    let all: Vec<String> = report.runs.iter().filter_map(of_run).collect();
+    (!all.is_empty()).then(|| format!("But {}: see the warnings.", listed(all)))
 }
 
 fn decided(report: &Report, shown: &dyn Fn(&str) -> String) -> String {

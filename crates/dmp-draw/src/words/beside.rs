@@ -37,7 +37,11 @@ pub fn beside(report: &Report) -> Vec<BesideColumn> {
         let cells: Vec<String> =
             report.order.iter().map(|name| of(name).map_or(NONE.to_owned(), back)).collect();
         if cells.iter().any(|cell| cell != NONE) {
-            let meaning = "how far it is off where it comes back to a place (median)";
+            let meaning = if cells.iter().any(|cell| cell == NONE) {
+                "how far it is off where it comes back to a place (median; –: none found)"
+            } else {
+                "how far it is off where it comes back to a place (median)"
+            };
             columns.push(BesideColumn { name: "revisit error", unit: "", meaning, cells });
         }
     }

@@ -127,7 +127,10 @@ pub fn legend(report: &Report, shown: &[&str], is_brief: bool) -> Vec<(&'static 
     all.push(("±", format!("how far the score before it may be off, as a sample was scored ({sure} sure)")));
     all.retain(|(term, _)| shown.contains(term));
     if report.order.len() > report.ranked().filter(|(rank, _)| rank.is_some()).count() {
-        all.insert(0, ("rank", "shared by runs between which nothing is decided".to_owned()));
+        all.insert(
+            0,
+            ("rank", "shared by runs that are the same, or undecided against each other".to_owned()),
+        );
     }
     if report.order.iter().any(|run| report.is_doubtful(run)) {
         all.push(("?", "the run may be misread, or that of another log: see the warnings".to_owned()));
@@ -137,7 +140,7 @@ pub fn legend(report: &Report, shown: &[&str], is_brief: bool) -> Vec<(&'static 
 
 fn verdict_in_words(report: &Report, shown: &[&str], is_brief: bool) -> String {
     if is_brief {
-        return "RMS residual above the first's, on returns that both predict".to_owned();
+        return "RMS residual above the first's on common returns, capped as named".to_owned();
     }
     let sure = confidence(report.promise.interval_confidence);
     let interval = if shown.contains(&"interval") {

@@ -85,7 +85,7 @@ pub enum UndecidedReason {
         other: u64,
     },
     /// Every interval contains 0.
-    #[error("no scale shows a difference outside its interval")]
+    #[error("the residuals differ by no more than may be chance")]
     NoDifference,
 }
 

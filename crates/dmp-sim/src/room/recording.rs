@@ -1,17 +1,24 @@
 //! A recording: depth images of a walk through a room, and the truth about it.
 
-use dmp_sensor::{Isometry3, PinholeCamera, Trajectory};
+use std::f64::consts::TAU;
+
+use dmp_sensor::{Isometry3, PinholeCamera, Trajectory, Vector3};
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
+use super::fitting::Solid;
 use super::furnished::Room;
 use super::image::DepthImage;
 use super::noise::measured;
 use super::view::{Seen, View};
 use super::walk::{RoomWalk, RoomWalkOptions};
 use crate::error::{SimError, require};
+use crate::parts::shape::Shape;
 
 /// Images that are rendered at the same time, on all threads, and held in memory together.
 const BATCH: usize = 16;
+/// How fast people walk, and how near they come to the camera, metres.
+const WALK_M_S: f64 = 0.8;
+const ARM_M: f64 = 0.7;
 /// Nanoseconds at which recordings begin.
 const START_NS: i64 = 1_700_000_000_000_000_000;
 
@@ -32,12 +39,15 @@ pub struct DepthRecordingOptions {
     pub noise: bool,
     /// Units of a depth per metre: 5000 in TUM RGB-D.
     pub units_per_m: f64,
+    /// People who walk around the middle of the room, out of the camera's way.
+    pub people: usize,
 }
 
 impl DepthRecordingOptions {
     /// 600 images of such a camera in 20 s.
     pub fn new(camera: PinholeCamera) -> Self {
-        Self { seed: 1, camera, images: 600, rate_hz: 30.0, revisit: true, noise: true, units_per_m: 5000.0 }
+        let (images, rate_hz, units_per_m) = (600, 30.0, 5000.0);
+        Self { seed: 1, camera, images, rate_hz, revisit: true, noise: true, units_per_m, people: 0 }
     }
 }
 
@@ -94,7 +104,15 @@ impl<'a> DepthRecording<'a> {
     /// The `index`-th image. `O(pixels · solids of a tile)`.
     pub fn image(&self, index: usize) -> DepthImage {
         let stamp_ns = self.stamp_ns(index);
-        let seen = self.seen(&self.walk.world_from_camera_at(stamp_ns));
+        let world_from_camera = self.walk.world_from_camera_at(stamp_ns);
+        let seen = match self.options.people {
+            0 => self.seen(&world_from_camera),
+            people => {
+                let seconds = (stamp_ns - START_NS) as f64 / 1e9;
+                self.view
+                    .seen(&with_people(self.room, people, seconds, &world_from_camera), &world_from_camera)
+            }
+        };
         let DepthRecordingOptions { camera, seed, noise, units_per_m, .. } = &self.options;
         if *noise {
             let depths_m = measured(&seen, camera, *seed, index as u64);
@@ -127,4 +145,22 @@ impl<'a> DepthRecording<'a> {
     pub(super) fn seen(&self, world_from_camera: &Isometry3<f64>) -> Vec<Seen> {
         self.view.seen(self.room, world_from_camera)
     }
+}
+
+/// The room with people at a time of the walk. Who would be nearer to the camera than an arm's length is not there.
+fn with_people(room: &Room, people: usize, time_s: f64, world_from_camera: &Isometry3<f64>) -> Room {
+    let mut room = room.clone();
+    let [width_m, depth_m, _] = room.options.size_m;
+    let radius_m = 0.3 * width_m.min(depth_m);
+    for person in 0..people {
+        let share = person as f64 / people as f64;
+        let (sin, cos) = libm::sincos(TAU * share + WALK_M_S / radius_m * time_s);
+        let foot = Vector3::new(width_m / 2.0 + radius_m * cos, depth_m / 2.0 + radius_m * sin, 0.0);
+        if (foot - world_from_camera.translation.vector).xy().norm() > ARM_M {
+            let shape = Shape::Cylinder { foot, radius_m: 0.25, height_m: 1.7 };
+            room.bounds.push(shape.bounds());
+            room.solids.push(Solid { shape, lost: 0.02 });
+        }
+    }
+    room
 }

@@ -1,6 +1,6 @@
 //! What a reader must know before believing a report: when it warns, and the sentences.
 
-use dmp_report::{InputReport, PairReport, PlacesReport, Report, RunReport, SamplingReport};
+use dmp_report::{InputReport, PairReport, PlacesReport, Report, RunReport, SamplingReport, Withheld};
 use std::fmt::Display;
 
 use dmp_lengths::thousands;
@@ -104,8 +104,13 @@ fn of_run(run: &RunReport) -> Vec<String> {
             100.0 * share
         ));
     }
-    if let Some(why) = run.r_cv_withheld.as_ref().filter(|why| why.is_low_coverage()) {
-        warnings.push(format!("R_cv is not given: {why}; pairs are still compared on common returns"));
+    if let Some(share) =
+        run.coverage.filter(|_| run.r_cv_withheld.as_ref().is_some_and(Withheld::is_low_coverage))
+    {
+        let percent = 100.0 * share;
+        warnings.push(format!(
+            "R_cv is not given: coverage is {percent:.1} %, below 50 %; pairs are still compared on common returns"
+        ));
     }
     if let Some(share) = run.coverage_revisit.filter(|_| run.has_few_revisits()) {
         let seen = if share > 0.0 {

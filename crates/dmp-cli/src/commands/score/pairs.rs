@@ -4,7 +4,7 @@ use std::io::{self, Write};
 
 use dmp::{Reach, Report, ScaleReport, Scales, Verdict};
 use dmp_draw::text::{self, NONE, Side, Table, count, digits};
-use dmp_draw::{OrderedPair, every_pair};
+use dmp_draw::{OrderedPair, every_pair, metres, metres_between};
 
 use super::sampling;
 use crate::console::Terminal;
@@ -40,9 +40,28 @@ fn remark(report: &Report, shown: &OrderedPair<'_>) -> Option<String> {
     let pair = shown.pair;
     match pair.verdict {
         Verdict::Better { .. } | Verdict::Same => None,
-        Verdict::Undecided => Some(format!("{}{}", pair.reason, sampling::more_needed(report, pair))),
+        Verdict::Undecided => {
+            let more = sampling::more_needed(report, pair);
+            Some(format!("{}{}{more}", pair.reason, by_how_much(report, shown)))
+        }
         Verdict::Mixed { .. } => Some(pair.reason.clone()),
     }
+}
+
+/// How much worse the second run is, by its residuals at the smallest truncation, and where that may lie.
+fn by_how_much(report: &Report, shown: &OrderedPair<'_>) -> String {
+    let behind = |scale| Some((scale, shown.rms_behind_m(scale)?));
+    let Some((scale, (by_m, Some(interval_m)))) = shown.pair.scales.iter().rev().find_map(behind) else {
+        return String::new();
+    };
+    let sure = text::confidence(report.promise.interval_confidence);
+    format!(
+        " (at {} m {} is {} worse; {sure} sure: {})",
+        scale.scale_m,
+        shown.second,
+        metres(by_m),
+        metres_between(interval_m)
+    )
 }
 
 /// Writes every pair, with every truncation.

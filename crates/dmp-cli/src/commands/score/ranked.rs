@@ -75,9 +75,11 @@ impl<'a> Ranked<'a> {
         if standings.len() > 1 {
             let text = standings.iter().map(|standing| standing.text.clone()).collect();
             columns.push(Column::new("verdict", Side::Left, text));
-            let intervals = standings.iter().map(|standing| standing.interval.clone()).collect();
-            let interval = Column::new("interval", Side::Right, intervals);
-            columns.push(Column { rank: Some(INTERVAL_RANK), ..interval });
+            let intervals: Vec<String> = standings.iter().map(|standing| standing.interval.clone()).collect();
+            if intervals.iter().any(|interval| interval != text::NONE) {
+                let interval = Column::new("interval", Side::Right, intervals);
+                columns.push(Column { rank: Some(INTERVAL_RANK), ..interval });
+            }
         }
         for column in beside(report) {
             let mut made = Column::new(column.name, Side::Right, column.cells);

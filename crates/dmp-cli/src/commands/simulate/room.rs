@@ -42,6 +42,7 @@ pub(super) static SPEC: Spec = Spec {
         &simulate::DEPTH_SCALE,
         &simulate::ROOM,
         &simulate::ONCE,
+        &simulate::PEOPLE,
         &simulate::NO_NOISE,
         &simulate::SEED,
     ]],
@@ -77,6 +78,7 @@ fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::Result<Exit
         revisit: !asked.has(&simulate::ONCE),
         noise: !asked.has(&simulate::NO_NOISE),
         units_per_m,
+        people: asked.get(&simulate::PEOPLE).unwrap_or(0),
     };
     let recording = DepthRecording::new(&room, options).map_err(in_words)?;
     let truth = recording.truth().map_err(in_words)?;
