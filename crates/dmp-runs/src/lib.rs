@@ -22,7 +22,7 @@ pub use asked::{
 };
 pub use runs::{
     BLOCK_RAYS, Block, Drawn, Heads, KNOWN_TIMES, MIN_BLOCK_RETURNS, PlannedFrame, PosedRun, Poser, RunPath,
-    RunPoses, Selection, apart_of, file_stem_of, on_log_clock, posed,
+    RunPoses, Selection, apart_of, drawn_by, file_stem_of, on_log_clock, posed,
 };
 pub use vet::{
     Doubt, DoubtTest, Found, Mend, PointTimes, PosesAs, Profile, VetSummary, Vetted, profiles, vet,

@@ -296,7 +296,7 @@ impl<'a> Poser<'a> {
 
 /// A number that is as good as random, of the cell of 0.1 m that a point is in: neither its place in the scan nor the
 /// rounding of a file changes what is drawn.
-fn drawn_by(point: [f32; 3]) -> u64 {
+pub fn drawn_by(point: [f32; 3]) -> u64 {
     let mix = |hash: u64, c: &f32| {
         let cell = (c * 10.0).floor() as i32 as u32;
         (hash ^ u64::from(cell)).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(29)

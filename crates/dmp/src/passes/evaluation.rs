@@ -11,7 +11,7 @@ use dmp_runs::{
 use dmp_sensor::ReturnCounts;
 
 use crate::means::{Extent, Work};
-use crate::passes::fuse::DrawnScans;
+use crate::passes::fuse::KeptReturns;
 use crate::passes::given;
 use crate::passes::plan::Plan;
 
@@ -26,8 +26,7 @@ pub(crate) struct Evaluation<'a, M> {
     pub(crate) plan: Plan,
     pub(crate) runs: Vec<PosedRun<'a, M>>,
     pub(crate) fused: FuseTotals,
-    /// The returns to cast, where this process fused the maps and casts a share of the returns.
-    pub(crate) drawn: Option<Arc<DrawnScans>>,
+    pub(crate) kept: KeptReturns,
     /// Dropped last: the maps of the runs lie in its folder.
     pub(crate) work: Arc<Work>,
 }
@@ -127,8 +126,8 @@ impl<'a> Task<'a> {
     /// The evaluation with this plan.
     pub(crate) fn planned<M>(self, plan: Plan, runs: Vec<PosedRun<'a, M>>) -> Evaluation<'a, M> {
         let Self { log, settings, means, work, watch: Watch { progress, sink } } = self;
-        let (fused, drawn) = (FuseTotals::default(), None);
-        Evaluation { log, settings, means, progress, sink, plan, runs, fused, drawn, work }
+        let (fused, kept) = (FuseTotals::default(), KeptReturns::default());
+        Evaluation { log, settings, means, progress, sink, plan, runs, fused, kept, work }
     }
 }
 
@@ -146,7 +145,7 @@ impl<'a, M> Evaluation<'a, M> {
 
     /// The same evaluation with runs whose maps are at another stage.
     pub(crate) fn with_runs<N>(self, runs: Vec<PosedRun<'a, N>>) -> Evaluation<'a, N> {
-        let Self { log, settings, means, work, progress, sink, plan, fused, drawn, .. } = self;
-        Evaluation { log, settings, means, progress, sink, plan, runs, fused, drawn, work }
+        let Self { log, settings, means, work, progress, sink, plan, fused, kept, .. } = self;
+        Evaluation { log, settings, means, progress, sink, plan, runs, fused, kept, work }
     }
 }

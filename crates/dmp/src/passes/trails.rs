@@ -9,11 +9,10 @@ use dmp_sensor::Scan;
 use crate::means::peak;
 use crate::passes::cast::horizon_m;
 use crate::passes::evaluation::Evaluation;
-use crate::passes::frames::{Worker, each_frame_of};
-use crate::passes::fuse::Fused;
+use crate::passes::frames::{Reading, Worker, each_frame_of};
+use crate::passes::fuse::{Followed, Fused};
 use crate::passes::reach::TilesInReach;
 use crate::passes::run_map::{MapFacts, RunMap, TrailFacts};
-use crate::passes::survey::spread;
 
 /// Rays that must go through a surfel for it to be left out: these, and more than half of those that end on it.
 const MIN_THROUGH: u32 = 2;
@@ -22,16 +21,8 @@ const MIN_THROUGH: u32 = 2;
 /// contradict itself everywhere.
 const MOST_OUT: f64 = 1.0 / 3.0;
 
-/// The rays of one scan in so many are followed, and of no fewer scans than these.
-const SCANS_PER_FOLLOWED: usize = 8;
-const FEWEST_FOLLOWED: usize = 50;
-
-/// Of them, one return in so many is followed, or as many more as make so many rays.
-const RETURNS_PER_RAY: u64 = 7;
-const FEWEST_RAYS: u64 = 250_000;
-
 /// A run's map at this stage.
-struct Followed {
+struct Counted {
     counter: CrossingCounter,
     /// `None` for a given map, which stays as it is.
     tally: Option<Tally>,
@@ -40,7 +31,7 @@ struct Followed {
 
 struct CountWorker<'e> {
     poser: Poser<'e>,
-    evaluation: &'e Evaluation<'e, Followed>,
+    evaluation: &'e Evaluation<'e, Counted>,
     queries: Vec<Query>,
     buffers: CountBuffers,
 }
@@ -51,7 +42,7 @@ impl Worker for CountWorker<'_> {
         let pass_m = evaluation.settings.scales.lengths().pass_m;
         poser.blocks((ordinal, frame), scan, |block| {
             for (number, run) in evaluation.runs.iter().enumerate() {
-                let Followed { counter, tally: Some(tally), .. } = &run.map else { continue };
+                let Counted { counter, tally: Some(tally), .. } = &run.map else { continue };
                 let Some(pass) = run.path.pass(ordinal, pass_m) else { continue };
                 queries.clear();
                 queries.extend(block.posed(number).map(|(_, &ray)| Query { ray, segment: None }));
@@ -75,7 +66,7 @@ impl<'a> Evaluation<'a, RunMap> {
             return Ok(self);
         }
         self.keep_if_due()?;
-        let followed = self.followed();
+        let followed = Followed::of(&self.plan).scans;
         let thinned = self.thinned(&followed, |_, _| true)?;
         // The maps with trails that were kept are replaced at once: nothing that was done is lost.
         if thinned.work.holds::<Fused>() {
@@ -107,7 +98,7 @@ impl<'a> Evaluation<'a, RunMap> {
             let tally = map.facts.fused.then(|| Tally::new(bytes.counts, self.work.path())).transpose();
             let tally = tally.map_err(EvaluateError::map_of(run.name()))?;
             let counter = CrossingCounter::new(map.store, on_m, bytes.tiles);
-            Ok(run.with_map(Followed { counter, tally, facts: map.facts }).0)
+            Ok(run.with_map(Counted { counter, tally, facts: map.facts }).0)
         };
         let runs = std::mem::take(&mut self.runs);
         let runs = runs.into_iter().map(begin).collect::<Result<_, EvaluateError>>()?;
@@ -116,7 +107,7 @@ impl<'a> Evaluation<'a, RunMap> {
         peak::look();
         let mut runs = Vec::new();
         for (number, run) in std::mem::take(&mut counted.runs).into_iter().enumerate() {
-            let (run, Followed { counter, tally, facts }) = run.with_map(());
+            let (run, Counted { counter, tally, facts }) = run.with_map(());
             let map = if let Some(tally) = tally {
                 counted.fused.scratch_bytes += tally.scratch_bytes();
                 let map = (counter.store(), &tally);
@@ -134,17 +125,11 @@ impl<'a> Evaluation<'a, RunMap> {
 }
 
 impl<M> Evaluation<'_, M> {
-    /// The scans whose rays are followed, evenly spread over those of the log.
-    fn followed(&self) -> FrameSet {
-        let scans = self.plan.frames().len();
-        spread(scans, FEWEST_FOLLOWED.max(scans / SCANS_PER_FOLLOWED)).into_iter().collect()
-    }
-
-    /// Those of them whose rays may cross a surfel that rays of `scans` may hit.
+    /// The scans that are followed and whose rays may cross a surfel that rays of `scans` may hit.
     pub(crate) fn followed_around(&self, scans: &FrameSet) -> Result<FrameSet, EvaluateError> {
         let edge_m = self.lattice()?.tile_edge_m();
         let steps = steps(self.settings.max_range_m, edge_m);
-        let (all, mut around) = (self.followed(), FrameSet::default());
+        let (all, mut around) = (Followed::of(&self.plan).scans, FrameSet::default());
         for run in 0..self.runs.len() {
             let reach = self.reach(run, scans)?;
             let is_near = |&ordinal: &usize| {
@@ -191,12 +176,11 @@ fn is_contradicted(met: Met) -> bool {
     met.through >= MIN_THROUGH && met.through > met.on / 2
 }
 
-impl Evaluation<'_, Followed> {
+impl Evaluation<'_, Counted> {
     fn follow(&self, followed: &FrameSet) -> Result<(), EvaluateError> {
         let followed: FrameSet = followed.iter().filter(|&ordinal| self.uses(ordinal)).collect();
         self.progress.begin(Stage::Trails, self.plan.returns_of(&followed));
-        // By the log alone: no part of a score and no other run changes it.
-        let one_in = (self.plan.returns_of(&self.followed()) / FEWEST_RAYS).clamp(1, RETURNS_PER_RAY);
+        let one_in = Followed::of(&self.plan).one_in;
         let worker = |_| CountWorker {
             poser: Poser::new(posed(&self.runs), &self.plan.filter).taking_one_in(one_in),
             evaluation: self,
@@ -205,6 +189,7 @@ impl Evaluation<'_, Followed> {
         };
         let workers = (0..self.means.threads).map(worker).collect();
         let reading = self.plan.reading(self.log, &self.means, self.progress);
+        let reading = Reading { drawn: self.kept.to_follow.as_deref(), ..reading };
         each_frame_of(reading, |ordinal| followed.contains(ordinal), workers).map(|_| ())
     }
 }

@@ -193,7 +193,7 @@ impl Evaluation<'_, RunCaster> {
     /// The reading of what is cast: of the drawn returns where they were kept, else of the log.
     pub(super) fn drawn_reading(&self) -> Reading<'_> {
         let reading = self.plan.reading(self.log, &self.means, self.progress);
-        Reading { drawn: self.drawn.as_deref(), ..reading }
+        Reading { drawn: self.kept.to_cast.as_deref(), ..reading }
     }
 
     pub(super) fn layout(&self) -> Layout {

@@ -67,8 +67,9 @@ impl<M: Sync + Send> Evaluation<'_, M> {
         let sizes = plan.looks.sizes();
         let scored = sizes.last().map_or(1.0, |&size| size as f64 / plan.frames().len().max(1) as f64);
         let watched = self.sink.work_bytes((scored * self.returns() as f64) as u64);
-        let share = if self.keeps_drawn() { 1.0 / plan.draw.one_in() as f64 } else { 0.0 };
-        let drawn = (DRAWN_BYTES * share * self.returns() as f64) as u64;
+        let returns = self.returns();
+        let share: f64 = self.to_keep().iter().flatten().map(|choice| choice.share(plan, returns)).sum();
+        let drawn = (DRAWN_BYTES * share * returns as f64) as u64;
         let work = map_bytes * (1 - saved) + twice + aside_bytes + watched + drawn;
         DiskNeed { work, saved: map_bytes * saved }
     }

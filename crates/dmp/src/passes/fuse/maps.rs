@@ -8,7 +8,7 @@ use dmp_map::{Lattice, MapFuser, Origin, Store};
 use dmp_runs::{EvaluateError, MapSource, PosedRun};
 
 use super::checkpoint::{Fused, Fusing};
-use super::drawn::DrawnScans;
+use super::drawn::{Choice, DrawnScans, Followed, KeptReturns};
 use super::files::{Finished, finish};
 use super::pass::{FusePass, Making};
 use crate::means::peak;
@@ -30,10 +30,10 @@ impl<'a> Evaluation<'a, Option<Store>> {
         let states = std::mem::take(&mut before.fusers);
         let mut making = work.install(|| self.begin(states, Self::given_map))?;
         if making.runs.iter().any(|run| matches!(run.map, Making::Scans(_))) {
-            making.drawn = making.drawn_scans()?;
+            making.kept = making.kept_returns()?;
             making.fused.counts = Some(FusePass { evaluation: &making, frames: None }.run(&before)?);
         }
-        making.fused.scratch_bytes += making.drawn.as_ref().map_or(0, |drawn| drawn.bytes());
+        making.fused.scratch_bytes += making.kept.all().map(DrawnScans::bytes).sum::<u64>();
         work.install(|| making.finish())
     }
 
@@ -75,20 +75,18 @@ impl<'a> Evaluation<'a, Option<Store>> {
 }
 
 impl<M> Evaluation<'_, M> {
-    /// Whether a share of the returns of every scan will be cast.
-    pub(crate) fn keeps_drawn(&self) -> bool {
-        let all = self.plan.frames().len() as u64;
-        self.plan.draw.one_in() > 1 && self.plan.looks.sizes() == [all]
+    /// What is kept of the scans while they are fused.
+    pub(crate) fn to_keep(&self) -> [Option<Choice>; 2] {
+        let (plan, all) = (&self.plan, self.plan.frames().len() as u64);
+        let is_share_of_all = plan.draw.one_in() > 1 && plan.looks.sizes() == [all];
+        [Some(Choice::ToFollow(Followed::of(plan))), is_share_of_all.then_some(Choice::ToCast(plan.draw))]
     }
 
-    /// Where drawn returns are kept for casting, if that saves a reading of the log.
-    fn drawn_scans(&self) -> Result<Option<Arc<DrawnScans>>, EvaluateError> {
-        if !self.keeps_drawn() {
-            return Ok(None);
-        }
+    fn kept_returns(&self) -> Result<KeptReturns, EvaluateError> {
         let (scans, has_checksums) = (self.plan.frames().len(), self.log.summary().has_checksums);
-        let drawn = DrawnScans::new(self.plan.draw, scans, has_checksums, self.work.path())?;
-        Ok(Some(Arc::new(drawn)))
+        let kept = |choice| DrawnScans::new(choice, scans, has_checksums, self.work.path()).map(Arc::new);
+        let [to_follow, to_cast] = self.to_keep().map(|choice| choice.map(kept).transpose());
+        Ok(KeptReturns { to_follow: to_follow?, to_cast: to_cast? })
     }
 
     pub(crate) fn lattice(&self) -> Result<Lattice, EvaluateError> {

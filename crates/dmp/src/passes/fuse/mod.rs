@@ -9,6 +9,6 @@ mod part;
 mod pass;
 
 pub(crate) use checkpoint::Fused;
-pub(crate) use drawn::{DRAWN_BYTES, DrawnScans, ScanFacts, ScanShape, half_octave_m};
+pub(crate) use drawn::{DRAWN_BYTES, DrawnScans, Followed, KeptReturns, ScanFacts, ScanShape, half_octave_m};
 pub(crate) use files::{Finished, Life, finish};
 pub(crate) use kept::KeptMaps;

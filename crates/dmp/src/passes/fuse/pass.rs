@@ -119,9 +119,7 @@ impl<G: Sync> Worker for FuseWorker<'_, G> {
                 fuser.end_scan(Some(segment), scan);
             }
         }
-        if let Some(drawn) = &evaluation.drawn {
-            drawn.keep((ordinal, frame), scan)?;
-        }
+        evaluation.kept.all().try_for_each(|drawn| drawn.keep((ordinal, frame), scan))?;
         self.counts.merge(&counts);
         self.evaluation.progress.advance(counts.total());
         Ok(())

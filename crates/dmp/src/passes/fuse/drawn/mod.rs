@@ -1,14 +1,16 @@
-//! What casting needs of the scans, kept while the maps are fused: the log is not read again.
+//! What later passes need of the scans, kept while the maps are fused: the log is not read again.
 
+mod choice;
 mod mark;
 mod shape;
 
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use dmp_disk::{ScratchFile, TileId};
-use dmp_runs::{EvaluateError, PlannedFrame, ReturnDraw};
+use dmp_runs::{EvaluateError, PlannedFrame};
 use dmp_sensor::Scan;
 
+pub(crate) use choice::{Choice, Followed};
 use mark::mark_of;
 pub(crate) use shape::{ScanShape, half_octave_m};
 
@@ -30,10 +32,18 @@ type DrawnReturn = [u32; 4];
 /// Bytes on disk of a drawn return, with its part of the checksums.
 pub(crate) const DRAWN_BYTES: f64 = 16.0 + 4.0 / 64.0;
 
-/// The drawn returns of the scans of one plan, in a file that vanishes with the process.
+/// The returns that later passes need, each where this process fused the maps; else they are read from the log.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct KeptReturns {
+    pub(crate) to_follow: Option<Arc<DrawnScans>>,
+    /// Where a share of the returns is cast.
+    pub(crate) to_cast: Option<Arc<DrawnScans>>,
+}
+
+/// Chosen returns of the scans of one plan, in a file that vanishes with the process.
 #[derive(Debug)]
 pub(crate) struct DrawnScans {
-    draw: ReturnDraw,
+    choice: Choice,
     has_checksums: bool,
     file: ScratchFile<DrawnReturn>,
     facts: Vec<OnceLock<ScanFacts>>,
@@ -46,30 +56,37 @@ impl ScanFacts {
     }
 }
 
+impl KeptReturns {
+    pub(super) fn all(&self) -> impl Iterator<Item = &DrawnScans> {
+        [&self.to_follow, &self.to_cast].into_iter().flatten().map(Arc::as_ref)
+    }
+}
+
 impl DrawnScans {
     /// None so far of so many planned scans; the file is made in `folder`.
     pub(super) fn new(
-        draw: ReturnDraw,
+        choice: Choice,
         scans: usize,
         has_checksums: bool,
         folder: &std::path::Path,
     ) -> Result<Self, EvaluateError> {
         let facts = std::iter::repeat_with(OnceLock::new).take(scans).collect();
-        Ok(Self { draw, has_checksums, file: ScratchFile::new(folder)?, facts })
+        Ok(Self { choice, has_checksums, file: ScratchFile::new(folder)?, facts })
     }
 
-    /// Keeps the drawn returns of a scan. A scan that lasts for more than two seconds is not kept: it is read again.
+    /// Keeps the chosen returns of a scan. A scan that lasts for more than two seconds is not kept: it is read again.
     pub(super) fn keep(
         &self,
         (ordinal, frame): (usize, &PlannedFrame),
         scan: &Scan,
     ) -> Result<(), EvaluateError> {
+        let Some(places) = self.choice.of_scan((ordinal, frame), scan) else { return Ok(()) };
         let returned = |place: usize| {
             let offset_ns = scan.time_offsets_ns.get(place).copied().unwrap_or(0);
             let [x, y, z] = scan.points_in_sensor_m[place].map(f32::to_bits);
             Some([x, y, z, i32::try_from(offset_ns).ok()?.cast_unsigned()])
         };
-        let drawn: Option<Vec<_>> = self.draw.of_scan(frame.number, scan.len()).map(returned).collect();
+        let drawn: Option<Vec<_>> = places.into_iter().map(returned).collect();
         if let (Some(drawn), Some(facts)) = (drawn, self.facts.get(ordinal)) {
             self.file.append(key(ordinal), drawn)?;
             // A scan is fused once.
@@ -78,7 +95,7 @@ impl DrawnScans {
         Ok(())
     }
 
-    /// Leaves the drawn returns of a scan in `scan`, in their order, without a stamp; `None` where they were not kept.
+    /// Leaves the chosen returns of a scan in `scan`, in their order, without a stamp; `None` where they were not kept.
     ///
     /// # Errors
     /// When the file cannot be read back as it was written.
@@ -114,7 +131,7 @@ mod tests {
     #[test]
     fn the_drawn_returns_of_a_scan_are_read_as_they_were_and_long_scans_are_not_kept() {
         let draw = CastReturns::OneIn(8).draw(0, 5);
-        let drawn = DrawnScans::new(draw, 40, false, &std::env::temp_dir()).unwrap();
+        let drawn = DrawnScans::new(Choice::ToCast(draw), 40, false, &std::env::temp_dir()).unwrap();
         let frame =
             |ordinal: usize| PlannedFrame { frame: ordinal, number: 3 * ordinal, stamp_ns: None, returns: 0 };
         let scan = |ordinal: usize| Scan {
