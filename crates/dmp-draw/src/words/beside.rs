@@ -38,7 +38,7 @@ pub fn beside(report: &Report) -> Vec<BesideColumn> {
             report.order.iter().map(|name| of(name).map_or(NONE.to_owned(), back)).collect();
         if cells.iter().any(|cell| cell != NONE) {
             let meaning = if cells.iter().any(|cell| cell == NONE) {
-                "how far it is off where it comes back to a place (median; –: none found)"
+                "how far it is off where it comes back (median; –: nowhere)"
             } else {
                 "how far it is off where it comes back to a place (median)"
             };
