@@ -201,8 +201,7 @@ pub(crate) fn option_of(setting: SettingName) -> String {
 fn option_of_log(setting: LogSetting) -> String {
     match setting {
         LogSetting::Topic => "--topic".into(),
-        LogSetting::PointTime => "--point-time".into(),
-        LogSetting::PointTimeField => "--point-time-field".into(),
+        LogSetting::PointTime | LogSetting::PointTimeField => "--point-time".into(),
         LogSetting::StampAt => "--stamp".into(),
         LogSetting::BinLayout => "--bin-layout".into(),
         LogSetting::MadeWith => "`dmp convert log --made-with`".into(),

@@ -10,6 +10,7 @@ use dmp_log::{
 };
 
 use crate::console::Usage;
+use crate::options::input::TimesOfPoints;
 use crate::options::{Asked, input};
 
 /// A log and how it is read.
@@ -46,10 +47,11 @@ impl LogInput {
     }
 
     pub(crate) fn at(path: PathBuf, asked: &Asked) -> Self {
+        let TimesOfPoints { unit, field } = asked.get(&input::POINT_TIME).unwrap_or_default();
         let options = LogOptions {
             topic: asked.get(&input::TOPIC),
-            point_time: asked.get(&input::POINT_TIME).unwrap_or_default(),
-            point_time_field: asked.get(&input::POINT_TIME_FIELD),
+            point_time: unit,
+            point_time_field: field,
             stamp_at: asked.get(&input::STAMP).unwrap_or_default(),
             bin_layout: asked.get(&input::BIN_LAYOUT),
             ..LogOptions::default()

@@ -1,6 +1,7 @@
 //! Options of what is read: the log, runs, maps, and when and where poses hold.
 
 use std::path::PathBuf;
+use std::str::FromStr;
 
 use dmp::PoseAt;
 use dmp_log::{BinLayout, PointTime, StampAt, TimeUnit};
@@ -76,16 +77,33 @@ pub(crate) static TOPIC: Opt<String> = Opt {
     help: "The topic with the scans, where the log has several; with :FRAME those of one sensor, where several write to one topic",
     ..Opt::text(Input, "topic", "NAME[:FRAME]", "/points", parsed)
 };
-pub(crate) static POINT_TIME: Opt<PointTime> = Opt {
+pub(crate) static POINT_TIME: Opt<TimesOfPoints> = Opt {
     help: "Times of points: `s`, `ms`, `us` or `ns` after the scan's stamp; `absolute-s` … on the clock of the stamps; \
-           `first-s` … on another clock, after the scan's first point; or `ignore`. Default: detected",
-    ..Opt::text(Input, "point-time", "UNIT", "ns", parsed)
+           `first-s` … on another clock, after the scan's first point; or `ignore`. Before it the field, or two with \
+           seconds and what is below, where it has no usual name: `curvature:ms`, `sec+nsec:`. Default: detected",
+    ..Opt::text(Input, "point-time", "[FIELD:]UNIT", "ns", parsed)
 };
-pub(crate) static POINT_TIME_FIELD: Opt<String> = Opt {
-    help: "The field with the times of points, or two with seconds and what is below: `sec + nsec`. Default: by the usual \
-           names",
-    ..Opt::text(Input, "point-time-field", "NAME", "curvature", parsed)
-};
+/// Which field has the times of points, and what they mean.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct TimesOfPoints {
+    pub(crate) unit: PointTime,
+    /// `None`: that of a usual name.
+    pub(crate) field: Option<String>,
+}
+
+impl FromStr for TimesOfPoints {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (field, unit) = text.rsplit_once(':').map_or((None, text), |(field, unit)| (Some(field), unit));
+        let unit = if field.is_some() && unit.is_empty() { PointTime::Auto } else { unit.parse()? };
+        if field.is_some_and(|field| field.trim().is_empty()) {
+            return Err(format!("`{text}` names no field before the colon"));
+        }
+        Ok(Self { unit, field: field.map(str::to_owned) })
+    }
+}
+
 pub(crate) static BIN_LAYOUT: Opt<BinLayout> = Opt {
     help: "How points of `.bin` files are laid out: names and types, little-endian; `t` are times. Default: found from the \
            values",
@@ -174,7 +192,7 @@ pub(crate) static KEYFRAMES: Opt<PathBuf> = Opt {
 };
 
 /// How the scans of a log are read.
-pub(crate) const READING: &[&dyn Entry] = &[&TOPIC, &POINT_TIME, &POINT_TIME_FIELD, &STAMP, &BIN_LAYOUT];
+pub(crate) const READING: &[&dyn Entry] = &[&TOPIC, &POINT_TIME, &STAMP, &BIN_LAYOUT];
 /// A log and its runs, and when and where their poses hold.
 pub(crate) const RUNS_ON_LOG: &[&dyn Entry] = &[
     &LOG,
@@ -184,7 +202,6 @@ pub(crate) const RUNS_ON_LOG: &[&dyn Entry] = &[
     &BETWEEN,
     &TOPIC,
     &POINT_TIME,
-    &POINT_TIME_FIELD,
     &BIN_LAYOUT,
     &STAMP,
     &EXTRINSIC,
@@ -200,7 +217,6 @@ pub(crate) const RUN_ON_LOG: &[&dyn Entry] = &[
     &BETWEEN,
     &TOPIC,
     &POINT_TIME,
-    &POINT_TIME_FIELD,
     &BIN_LAYOUT,
     &STAMP,
     &EXTRINSIC,
@@ -210,3 +226,22 @@ pub(crate) const RUN_ON_LOG: &[&dyn Entry] = &[
 ];
 /// What is done about wrong clocks, extrinsics and formats.
 pub(crate) const CHECKS: &[&dyn Entry] = &[&MEND, &TRUST];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_of_points_have_a_unit_a_field_or_both() {
+        let of = |text: &str| text.parse::<TimesOfPoints>();
+        let times = |unit, field: Option<&str>| Ok(TimesOfPoints { unit, field: field.map(str::to_owned) });
+        assert_eq!(of("ms"), times(PointTime::Relative(TimeUnit::Milliseconds), None));
+        assert_eq!(of("curvature:ms"), times(PointTime::Relative(TimeUnit::Milliseconds), Some("curvature")));
+        assert_eq!(of("sec + nsec:"), times(PointTime::Auto, Some("sec + nsec")));
+        for (wrong, why) in
+            [("", "is none of auto"), ("curvature", "is none of auto"), (":ms", "names no field")]
+        {
+            assert!(of(wrong).unwrap_err().contains(why), "{wrong}");
+        }
+    }
+}

@@ -255,7 +255,7 @@ mod tests {
         let options =
             || crate::commands::score::SPEC.entries().map(Entry::facts).filter(|facts| !facts.is_argument);
         // Those for gates, and --quiet and --help.
-        assert!(options().count() + 2 + 2 <= 46);
+        assert!(options().count() + 2 + 2 <= 45);
         assert!(options().filter(|facts| facts.is_short_help).count() <= 10);
         let short = crate::commands::score::SPEC.clap().render_help().to_string();
         assert!(short.contains("--report") && !short.contains("--voxel"), "{short}");

@@ -130,7 +130,7 @@ pub(crate) fn choose_time(
             for (field, seen) in others.iter().zip(seen_of_fields.iter().skip(fields.len())) {
                 if let Some(rule) = may_be_times(seen, period_ns) {
                     notes.push(format!(
-                        "field `{field}` may be times of points, as {}, and is not used: if it is, give it as point-time-field",
+                        "field `{field}` may be times of points, as {}, and is not used: if it is, name it with --point-time {field}:",
                         rule.words()
                     ));
                 }

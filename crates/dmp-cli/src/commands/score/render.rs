@@ -49,7 +49,7 @@ fn what_it_is_good_for(report: &Report, verbose: bool) -> String {
         Some(promise) if verbose => format!("{only}. {promise}"),
         Some(_) if is_decided => {
             let sure = text::confidence(report.promise.confidence);
-            format!("{only}. Less is better, but for coverage; all verdicts together are {sure} sure.")
+            format!("{only}; all verdicts together are {sure} sure.")
         }
         _ => format!("{only}."),
     }
@@ -185,7 +185,7 @@ rank      shared by runs that are the same, or undecided against each other
 verdict   RMS residual above the first's on common returns, capped as named
 thick     RMS distance of points from the flat surface they lie on (median)
 R_cv      RMS range error, capped as headed, to what other scans saw
-coverage  share of returns on surfaces that other scans saw, too
+coverage  share of returns on what other scans saw, too; here more is better
 revisit   share of returns on surfaces that another visit saw
 
 truth against größe: undecided: the residuals differ by no more than may be
@@ -198,8 +198,7 @@ still compared on common returns
 
 597 of 600 scans, 1,200,000 of 1,234,567 returns; voxel 0.2 m, 29 segments of
 12 m, ranges 1.5 to 100 m
-Compare within this log and settings only. Less is better, but for coverage; all
-verdicts together are 99 % sure.
+Compare within this log and settings only; all verdicts together are 99 % sure.
 ";
         assert_eq!(text_of(&example_reports::three_runs(), false), expected);
     }
