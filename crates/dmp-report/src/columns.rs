@@ -145,7 +145,7 @@ pub static COLUMNS: &[Column] = &[
         is_more_better: true,
         rank: 1,
         definition: "share of returns whose ray meets a surface that other parts of the {recording} measured",
-        brief: "share of returns on what other scans saw, too; here more is better",
+        brief: "share of returns on what other scans saw, too (more is better)",
         needs: Needs::FusedMap,
         value: Value::Single(|run| run.coverage, RunSums::coverage),
     },

@@ -185,7 +185,7 @@ rank      shared by runs that are the same, or undecided against each other
 verdict   RMS residual above the first's on common returns, capped as named
 thick     RMS distance of points from the flat surface they lie on (median)
 R_cv      RMS range error, capped as headed, to what other scans saw
-coverage  share of returns on what other scans saw, too; here more is better
+coverage  share of returns on what other scans saw, too (more is better)
 revisit   share of returns on surfaces that another visit saw
 
 truth against größe: undecided: the residuals differ by no more than may be
