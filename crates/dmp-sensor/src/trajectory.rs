@@ -155,18 +155,6 @@ impl Trajectory {
         steps.get(steps.len() / 2).copied().unwrap_or(0)
     }
 
-    /// The median speed from pose to pose, m/s; `None` without stamps, or with one pose.
-    pub fn usual_speed_m_per_s(&self) -> Option<f64> {
-        let steps = self.stamps_ns()?.windows(2).zip(self.poses().windows(2));
-        let speed = |(stamps, poses): (&[i64], &[Isometry3<f64>])| {
-            let way_m = (poses[1].translation.vector - poses[0].translation.vector).norm();
-            way_m / (stamps[1].saturating_sub(stamps[0]) as f64 / 1e9)
-        };
-        let mut speeds: Vec<f64> = steps.map(speed).collect();
-        speeds.sort_unstable_by(f64::total_cmp);
-        speeds.get(speeds.len() / 2).copied()
-    }
-
     /// The body's pose at `stamp_ns`, between its neighbours: the rotation by spherical, the place by
     /// linear interpolation (the geodesics of SO(3) × R³). `O(log n)`.
     ///

@@ -28,8 +28,10 @@ pub struct Together {
     pub scans: u64,
     /// Those with enough returns to say anything.
     pub full_scans: u64,
-    /// The path from scan to scan within the blocks, metres.
+    /// The path from scan to scan within the blocks, metres, and its time, seconds.
     pub way_m: f64,
+    /// See [`Self::way_m`].
+    pub way_s: f64,
 }
 
 impl Together {
@@ -40,6 +42,7 @@ impl Together {
             scans: self.scans + other.scans,
             full_scans: self.full_scans + other.full_scans,
             way_m: self.way_m + other.way_m,
+            way_s: self.way_s + other.way_s,
         }
     }
 
@@ -114,7 +117,7 @@ fn of_block(block: &Block, mount: &Mount<'_>, order: Order, cell_m: f64) -> Toge
     let mut found = Together::default();
     // Of every return its cell, and the scan.
     let mut cells: Vec<([i64; 3], usize)> = Vec::new();
-    let mut before: Option<Vector3<f64>> = None;
+    let mut before: Option<(i64, Vector3<f64>)> = None;
     let mut first_rotation = None;
     for (number, snapshot) in block.scans.iter().enumerate() {
         let posed_like = match order {
@@ -135,10 +138,11 @@ fn of_block(block: &Block, mount: &Mount<'_>, order: Order, cell_m: f64) -> Toge
             let place = pose.translation.vector + rotation * one.in_sensor_m;
             if first {
                 let here = pose.translation.vector;
-                if let Some(before) = before {
+                if let Some((before_ns, before)) = before {
                     found.way_m += (here - before).norm();
+                    found.way_s += stamp_ns.saturating_sub(before_ns) as f64 / 1e9;
                 }
-                (before, first) = (Some(here), false);
+                (before, first) = (Some((stamp_ns, here)), false);
             }
             found.returns += 1;
             let cell = [place.x, place.y, place.z].map(|c| (c / cell_m).floor() as i64);

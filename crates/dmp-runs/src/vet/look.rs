@@ -19,8 +19,9 @@ const CONFIDENCE: f64 = 0.999;
 /// Correct inputs gain less than a hundredth from any, wrong ones half as much again and more.
 const BETTER_BY: f64 = 1.25;
 const BETTER_BY_SHARE: f64 = 0.1;
-/// Of a run that is read as it is meant, at least this share of the returns meets, even if it is poor.
-const LEAST_SHARE: f64 = 0.4;
+/// What is misread is misread all the way: where more than this share of the blocks fits better as given, by
+/// [`BETTER_BY_SHARE`], the run is wrong in another way. One that loses its way half through stands still as millimetres.
+const MOST_WORSE: f64 = 0.1;
 /// One block in so many is enough to see that an interpretation is not worth all: there it must fit better by this factor.
 const FEW: usize = 4;
 const WORTH_BY: f64 = 1.1;
@@ -155,8 +156,7 @@ impl Look<'_> {
 
     /// The interpretation with which the scans fit much better, if there is one.
     fn best_reading(&self, run: &Run, given: Together) -> Result<Option<(Together, Reading)>, EvaluateError> {
-        // Most of the run's steps: one that loses its way in the middle is fast at the end.
-        let speed_m_per_s = self.mounted(run, |mount| mount.trajectory.usual_speed_m_per_s())?.unwrap_or(0.0);
+        let speed_m_per_s = given.way_m / given.way_s.max(1e-3);
         let mut best: Option<(Together, Reading)> = None;
         let few_given = self.together(run, FEW)?.map_or(0.0, |few| few.share());
         for reading in readings::all(run, self.settings, self.heads.summary(), speed_m_per_s) {
@@ -168,16 +168,32 @@ impl Look<'_> {
             let stands = reading.is_shift && fit.way_m < LEAST_WAY * given.way_m;
             // A share of the few returns at the end of the drive does not count.
             let is_whole = 2 * fit.returns > given.returns;
-            let better = fit.share() > LEAST_SHARE && is_better_share(fit.share(), given.share());
+            let better = is_better_share(fit.share(), given.share());
             if !stands
                 && is_whole
                 && better
                 && best.as_ref().is_none_or(|(best, _)| fit.share() > best.share())
+                && self.is_all_the_way(run, &read)?
             {
                 best = Some((fit, reading));
             }
         }
         Ok(best)
+    }
+
+    /// Whether hardly any block fits better as `given` than as `read`.
+    fn is_all_the_way(&self, given: &Run, read: &Run) -> Result<bool, EvaluateError> {
+        let of_blocks = |run: &Run| {
+            self.mounted(run, |mount| {
+                Some(together_of_blocks(self.blocks, mount, Order::Own, self.settings.metre_m()))
+            })
+        };
+        let (Some(given), Some(read)) = (of_blocks(given)?, of_blocks(read)?) else { return Ok(false) };
+        let both = given.iter().zip(&read).filter(|(given, read)| given.returns > 0 && read.returns > 0);
+        let (all, worse) = both.fold((0, 0), |(all, worse), (given, read)| {
+            (all + 1, worse + usize::from(given.share() > read.share() + BETTER_BY_SHARE))
+        });
+        Ok(worse as f64 <= MOST_WORSE * f64::from(all))
     }
 
     /// The share of returns that meet those of nearby scans; `None` where none can be placed.
