@@ -41,6 +41,7 @@
 //! ```
 
 mod check;
+mod drawn;
 mod evaluate;
 mod maps;
 mod means;

@@ -10,8 +10,8 @@ use dmp_runs::{
 };
 use dmp_sensor::ReturnCounts;
 
+use crate::drawn::KeptReturns;
 use crate::means::{Extent, Work};
-use crate::passes::fuse::KeptReturns;
 use crate::passes::given;
 use crate::passes::plan::Plan;
 

@@ -10,8 +10,8 @@ use dmp_reduce::FrameSet;
 use dmp_runs::{EvaluateError, FrameOrder, PlannedFrame, Progress};
 use dmp_sensor::Scan;
 
+use crate::drawn::{DrawnScans, ScanFacts};
 use crate::means::peak;
-use crate::passes::fuse::{DrawnScans, ScanFacts};
 
 /// The work of a thread on its frames.
 pub(crate) trait Worker: Send {

@@ -8,6 +8,7 @@ use dmp_revisit::apart::{MomentSums, Moments};
 use dmp_runs::{EvaluateError, FrameOrder, PlannedFrame, Progress, Settings, Stage};
 use dmp_sensor::{EgoMask, EgoVotes, ReturnFilter, Scan};
 
+use crate::drawn::spread;
 use crate::means::peak;
 use crate::passes::frames::{Reading, Worker, each_frame_of};
 
@@ -190,10 +191,4 @@ impl Worker for Look<'_> {
 
 fn cell_of(point: [f32; 3], edge_m: f32) -> [i32; 3] {
     point.map(|c| (c / edge_m).floor() as i32)
-}
-
-/// Up to `count` of `total` ordinals, evenly spread.
-pub(crate) fn spread(total: usize, count: usize) -> Vec<usize> {
-    let count = count.min(total);
-    (0..count).map(|k| k * total / count).collect()
 }

@@ -6,11 +6,12 @@ use dmp_reduce::FrameSet;
 use dmp_runs::{EvaluateError, PlannedFrame, PosedRun, Poser, Stage, posed, so_far};
 use dmp_sensor::Scan;
 
+use crate::drawn::Followed;
 use crate::means::peak;
 use crate::passes::cast::horizon_m;
 use crate::passes::evaluation::Evaluation;
 use crate::passes::frames::{Reading, Worker, each_frame_of};
-use crate::passes::fuse::{Followed, Fused};
+use crate::passes::fuse::Fused;
 use crate::passes::reach::TilesInReach;
 use crate::passes::run_map::{MapFacts, RunMap, TrailFacts};
 
@@ -66,7 +67,7 @@ impl<'a> Evaluation<'a, RunMap> {
             return Ok(self);
         }
         self.keep_if_due()?;
-        let followed = Followed::of(&self.plan).scans;
+        let followed = Followed::of(self.plan.frames()).scans;
         let thinned = self.thinned(&followed, |_, _| true)?;
         // The maps with trails that were kept are replaced at once: nothing that was done is lost.
         if thinned.work.holds::<Fused>() {
@@ -129,7 +130,7 @@ impl<M> Evaluation<'_, M> {
     pub(crate) fn followed_around(&self, scans: &FrameSet) -> Result<FrameSet, EvaluateError> {
         let edge_m = self.lattice()?.tile_edge_m();
         let steps = steps(self.settings.max_range_m, edge_m);
-        let (all, mut around) = (Followed::of(&self.plan).scans, FrameSet::default());
+        let (all, mut around) = (Followed::of(self.plan.frames()).scans, FrameSet::default());
         for run in 0..self.runs.len() {
             let reach = self.reach(run, scans)?;
             let is_near = |&ordinal: &usize| {
@@ -180,7 +181,7 @@ impl Evaluation<'_, Counted> {
     fn follow(&self, followed: &FrameSet) -> Result<(), EvaluateError> {
         let followed: FrameSet = followed.iter().filter(|&ordinal| self.uses(ordinal)).collect();
         self.progress.begin(Stage::Trails, self.plan.returns_of(&followed));
-        let one_in = Followed::of(&self.plan).one_in;
+        let one_in = Followed::of(self.plan.frames()).one_in;
         let worker = |_| CountWorker {
             poser: Poser::new(posed(&self.runs), &self.plan.filter).taking_one_in(one_in),
             evaluation: self,

@@ -4,7 +4,8 @@ use dmp_log::{LogOutline, ScanLog};
 use dmp_runs::{EvaluateError, Looks, PlannedFrame, Progress, Selection, Settings};
 
 use super::scans::DriveScans;
-use crate::passes::{Plan, SURVEYED_SCANS, Survey, spread};
+use crate::drawn::spread;
+use crate::passes::{Plan, SURVEYED_SCANS, Survey};
 
 /// Approximate number of bytes read for the survey.
 pub(super) fn bytes(outline: &LogOutline) -> u64 {

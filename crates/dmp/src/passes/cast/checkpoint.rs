@@ -3,8 +3,8 @@
 use dmp_reduce::{FrameSet, RunSums, Seen};
 use dmp_sensor::ReturnCounts;
 
+use crate::drawn::ScanShape;
 use crate::means::Checkpoint;
-use crate::passes::fuse::ScanShape;
 
 /// Partial scores of the cast.
 #[derive(Debug, serde::Serialize, serde::Deserialize)]

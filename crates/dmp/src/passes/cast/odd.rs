@@ -4,7 +4,7 @@ use dmp_lengths::thousands;
 use std::fmt;
 
 use super::rows::{median, off_in_rows, ratio};
-use crate::passes::fuse::{ScanShape, half_octave_m};
+use crate::drawn::{ScanShape, half_octave_m};
 
 /// Neighbours on either side that a scan is compared with.
 const BESIDE: usize = 2;

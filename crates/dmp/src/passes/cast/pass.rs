@@ -13,9 +13,10 @@ use super::checkpoint::Casting;
 use super::copies::{CopiedScans, copied_scans};
 use super::odd::{OddScans, in_rows, odd_scans};
 use super::worker::{CastWorker, OwnTileSums};
+use crate::drawn::ScanShape;
 use crate::passes::evaluation::Evaluation;
 use crate::passes::frames::{Jobs, Pauses, Reading, each_frame_in_parts, each_frame_of, jobs_of};
-use crate::passes::fuse::{KeptMaps, ScanShape};
+use crate::passes::fuse::KeptMaps;
 use crate::passes::schedule::Schedule;
 
 /// Everything that casting a log yields.

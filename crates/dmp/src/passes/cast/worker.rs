@@ -12,9 +12,9 @@ use dmp_runs::{Block, Drawn, EvaluateError, PlannedFrame, PosedRun, Poser, Score
 use dmp_sensor::{DepthNoise, Isometry3, Ray, ReturnCounts, Scan, depth_per_range};
 
 use super::casters::{RunCaster, bases};
+use crate::drawn::{ScanFacts, ScanShape};
 use crate::passes::evaluation::Evaluation;
 use crate::passes::frames::Worker;
-use crate::passes::fuse::{ScanFacts, ScanShape};
 
 /// Sums of the returns that lie in a tile of the frame of the run's trajectory (not of its map), for each run and tile. There are none
 /// without `per_tile`, and none in parts.

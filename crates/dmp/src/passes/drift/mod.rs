@@ -19,8 +19,8 @@ use dmp_sensor::seven;
 use dmp_sensor::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use rayon::prelude::*;
 
+use crate::drawn::spread;
 use crate::passes::evaluation::{Evaluation, Task};
-use crate::passes::survey::spread;
 use patches::Source;
 use visits::Visit;
 

@@ -7,8 +7,8 @@ use dmp_map::{MapFuser, SCRATCH_VOXEL_BYTES};
 use dmp_runs::{EvaluateError, Means, SettingName, in_words};
 
 use super::sounding::Sounding;
+use crate::drawn::{Choice, DRAWN_BYTES};
 use crate::passes::evaluation::Evaluation;
-use crate::passes::fuse::DRAWN_BYTES;
 
 // Measured: docs/performance.md.
 
@@ -67,9 +67,8 @@ impl<M: Sync + Send> Evaluation<'_, M> {
         let sizes = plan.looks.sizes();
         let scored = sizes.last().map_or(1.0, |&size| size as f64 / plan.frames().len().max(1) as f64);
         let watched = self.sink.work_bytes((scored * self.returns() as f64) as u64);
-        let returns = self.returns();
-        let share: f64 = self.to_keep().iter().flatten().map(|choice| choice.share(plan, returns)).sum();
-        let drawn = (DRAWN_BYTES * share * returns as f64) as u64;
+        let share: f64 = self.to_keep().iter().flatten().map(Choice::share).sum();
+        let drawn = (DRAWN_BYTES * share * self.returns() as f64) as u64;
         let work = map_bytes * (1 - saved) + twice + aside_bytes + watched + drawn;
         DiskNeed { work, saved: map_bytes * saved }
     }

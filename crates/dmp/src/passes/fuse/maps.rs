@@ -8,9 +8,9 @@ use dmp_map::{Lattice, MapFuser, Origin, Store};
 use dmp_runs::{EvaluateError, MapSource, PosedRun};
 
 use super::checkpoint::{Fused, Fusing};
-use super::drawn::{Choice, DrawnScans, Followed, KeptReturns};
 use super::files::{Finished, finish};
 use super::pass::{FusePass, Making};
+use crate::drawn::{Choice, DrawnScans, Followed, KeptReturns};
 use crate::means::peak;
 use crate::passes::evaluation::Evaluation;
 use crate::passes::given::fuse_given;
@@ -79,7 +79,7 @@ impl<M> Evaluation<'_, M> {
     pub(crate) fn to_keep(&self) -> [Option<Choice>; 2] {
         let (plan, all) = (&self.plan, self.plan.frames().len() as u64);
         let is_share_of_all = plan.draw.one_in() > 1 && plan.looks.sizes() == [all];
-        let chosen = [Choice::ToFollow(Followed::of(plan)), Choice::ToCast(plan.draw)];
+        let chosen = [Choice::ToFollow(Followed::of(plan.frames())), Choice::ToCast(plan.draw)];
         chosen.map(|choice| is_share_of_all.then_some(choice))
     }
 

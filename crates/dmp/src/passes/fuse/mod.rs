@@ -1,7 +1,6 @@
 //! The maps of all runs: fused from the scans or given, checkpointed and resumed.
 
 mod checkpoint;
-mod drawn;
 mod files;
 mod kept;
 mod maps;
@@ -9,6 +8,5 @@ mod part;
 mod pass;
 
 pub(crate) use checkpoint::Fused;
-pub(crate) use drawn::{DRAWN_BYTES, DrawnScans, Followed, KeptReturns, ScanFacts, ScanShape, half_octave_m};
 pub(crate) use files::{Finished, Life, finish};
 pub(crate) use kept::KeptMaps;

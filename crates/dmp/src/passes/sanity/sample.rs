@@ -4,7 +4,7 @@ use dmp_runs::{EvaluateError, PlannedFrame, Poser, RunPath, RunPoses};
 use dmp_sensor::{Ray, ReturnFilter, Scan};
 
 use super::doubts::Doubts;
-use crate::passes::survey::spread;
+use crate::drawn::spread;
 
 /// Number of scans, and of returns per scan.
 const SCANS: usize = 16;

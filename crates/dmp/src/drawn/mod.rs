@@ -10,7 +10,7 @@ use dmp_disk::{ScratchFile, TileId};
 use dmp_runs::{EvaluateError, PlannedFrame};
 use dmp_sensor::Scan;
 
-pub(crate) use choice::{Choice, Followed};
+pub(crate) use choice::{Choice, Followed, spread};
 use mark::mark_of;
 pub(crate) use shape::{ScanShape, half_octave_m};
 
@@ -57,14 +57,14 @@ impl ScanFacts {
 }
 
 impl KeptReturns {
-    pub(super) fn all(&self) -> impl Iterator<Item = &DrawnScans> {
+    pub(crate) fn all(&self) -> impl Iterator<Item = &DrawnScans> {
         [&self.to_follow, &self.to_cast].into_iter().flatten().map(Arc::as_ref)
     }
 }
 
 impl DrawnScans {
     /// None so far of so many planned scans; the file is made in `folder`.
-    pub(super) fn new(
+    pub(crate) fn new(
         choice: Choice,
         scans: usize,
         has_checksums: bool,
@@ -75,7 +75,7 @@ impl DrawnScans {
     }
 
     /// Keeps the chosen returns of a scan. A scan that lasts for more than two seconds is not kept: it is read again.
-    pub(super) fn keep(
+    pub(crate) fn keep(
         &self,
         (ordinal, frame): (usize, &PlannedFrame),
         scan: &Scan,
@@ -113,7 +113,7 @@ impl DrawnScans {
     }
 
     /// Bytes written.
-    pub(super) fn bytes(&self) -> u64 {
+    pub(crate) fn bytes(&self) -> u64 {
         self.file.bytes()
     }
 }

@@ -4,9 +4,6 @@ use dmp_reduce::FrameSet;
 use dmp_runs::{PlannedFrame, ReturnDraw, drawn_by};
 use dmp_sensor::Scan;
 
-use crate::passes::plan::Plan;
-use crate::passes::survey::spread;
-
 /// The rays of one scan in so many are followed, and of no fewer scans than these.
 const SCANS_PER_FOLLOWED: usize = 8;
 const FEWEST_FOLLOWED: usize = 50;
@@ -34,12 +31,12 @@ pub(crate) struct Followed {
 }
 
 impl Followed {
-    pub(crate) fn of(plan: &Plan) -> Self {
-        let scans = plan.frames().len();
-        let scans: FrameSet =
-            spread(scans, FEWEST_FOLLOWED.max(scans / SCANS_PER_FOLLOWED)).into_iter().collect();
-        let one_in = (plan.returns_of(&scans) / FEWEST_RAYS).clamp(1, RETURNS_PER_RAY);
-        Self { scans, one_in }
+    /// Those of these scans.
+    pub(crate) fn of(frames: &[PlannedFrame]) -> Self {
+        let scans = spread(frames.len(), FEWEST_FOLLOWED.max(frames.len() / SCANS_PER_FOLLOWED));
+        let returns: u64 = scans.iter().map(|&ordinal| frames[ordinal].returns).sum();
+        let one_in = (returns / FEWEST_RAYS).clamp(1, RETURNS_PER_RAY);
+        Self { scans: scans.into_iter().collect(), one_in }
     }
 }
 
@@ -60,13 +57,17 @@ impl Choice {
         }
     }
 
-    /// About how many returns of all are kept.
-    pub(crate) fn share(&self, plan: &Plan, all: u64) -> f64 {
+    /// About which share of the returns is kept.
+    pub(crate) fn share(&self) -> f64 {
         match self {
-            Self::ToFollow(Followed { scans, one_in }) => {
-                plan.returns_of(scans) as f64 / *one_in as f64 / all.max(1) as f64
-            }
+            Self::ToFollow(followed) => 1.0 / (SCANS_PER_FOLLOWED as u64 * followed.one_in) as f64,
             Self::ToCast(draw) => 1.0 / draw.one_in() as f64,
         }
     }
+}
+
+/// Up to `count` of `total` ordinals, evenly spread.
+pub(crate) fn spread(total: usize, count: usize) -> Vec<usize> {
+    let count = count.min(total);
+    (0..count).map(|k| k * total / count).collect()
 }
