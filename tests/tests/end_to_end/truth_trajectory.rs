@@ -112,6 +112,44 @@ fn a_format_is_found_by_looking() {
     assert_eq!(std::fs::read(path.join("out.zip")).unwrap(), bytes);
 }
 
+/// Where not all poses of the shorter trajectory have a partner, how many do is printed.
+#[test]
+fn the_number_of_poses_with_a_partner_is_printed() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let tum = |stamps_s: &[f64]| -> String {
+        stamps_s.iter().map(|s| format!("{s:.6} {} {} 0 0 0 0 1\n", s.sin(), s % 7.0)).collect()
+    };
+    let estimate_s: Vec<f64> = (0..400).map(|k| 1000.0 + 0.05 * f64::from(k)).collect();
+    write(path, "estimate.tum", &tum(&estimate_s));
+    let each_s = |drift: &dyn Fn(i32) -> f64| -> Vec<f64> {
+        (0..20).map(|k| 1000.0 + f64::from(k) + drift(k)).collect()
+    };
+    for (what, reference_s) in [
+        ("a clock that drifts", each_s(&|k| 0.003 * f64::from(k - 10))),
+        ("a clock that steps", each_s(&|k| if k < 7 { 0.002 } else { 0.022 })),
+        ("jitter", each_s(&|k| f64::from(k * 7 % 20) / 1000.0 + 0.0005)),
+        ("another span", each_s(&|k| 5.0 + 0.004 * f64::from(k % 2))),
+        ("a stray stamp", each_s(&|k| if k == 3 { 0.5123 } else { 0.0 } + 0.001)),
+        ("a gap", each_s(&|k| if k > 9 { 4000.0 } else { 0.0 })),
+        ("all of them", each_s(&|_| 0.001)),
+    ] {
+        write(path, "reference.tum", &tum(&reference_s));
+        let has_partner = |s: &&f64| estimate_s.iter().any(|other| (*s - other).abs() <= 0.01);
+        let (paired, all) = (reference_s.iter().filter(has_partner).count(), reference_s.len());
+        for command in [
+            "ape reference.tum estimate.tum",
+            "ape estimate.tum reference.tum",
+            "rpe reference.tum estimate.tum",
+        ] {
+            let stderr = text(&ends(path, &format!("truth {command}"), 0).stderr);
+            let words = format!("reference.tum: {paired} of {all} poses have a partner within 0.01 s");
+            assert_eq!(stderr.contains(&words), paired < all, "{what}, {command}: {words}\n{stderr}");
+        }
+        assert_eq!(paired == all, what == "all of them", "{what}: {paired}");
+    }
+}
+
 /// The figures that evo's users know for ORB-SLAM on KITTI 00.
 #[test]
 fn the_published_figures_of_kitti_00() {

@@ -39,10 +39,12 @@ impl Bench {
         outputs.try_for_each(|output| std::fs::write(self.under().join(output), OLD))
     }
 
-    /// What is there, without the empty folders that are always there.
+    /// What is there, without the empty folders that are always there, and without what a suite keeps for the next time.
     pub(super) fn files(&self) -> anyhow::Result<Files> {
         let under = self.under();
-        let found = paths(&under).into_iter().filter(|path| path != "work" && path != "tmp");
+        let found = paths(&under)
+            .into_iter()
+            .filter(|path| path != "work" && path != "tmp" && !path.starts_with("cache"));
         let read = |path: String| {
             let is_file = under.join(&path).is_file();
             let bytes = if is_file { std::fs::read(under.join(&path))? } else { Vec::new() };

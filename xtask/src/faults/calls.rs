@@ -38,7 +38,7 @@ const MADE: [&str; 7] = [
 ];
 
 /// Every command: its name, its inputs (see [`Shop::files`]), its words.
-const CALLS: [(&str, &str, &str); 29] = [
+const CALLS: [(&str, &str, &str); 32] = [
     ("score", "t.mcap t.tum d.tum", "score t.mcap -t t.tum -t d.tum --json --resume=none"),
     (
         "score, every output",
@@ -85,6 +85,9 @@ const CALLS: [(&str, &str, &str); 29] = [
         "loops loops/graph.g2o --candidates loops/candidates.g2o --log q.mcap --keyframes loops/keyframes.txt \
          --accept --save-graph out.g2o --save-trajectory out.tum --json",
     ),
+    ("drift", "q.mcap q.tum", "drift q.mcap -t q.tum --json -o out.g2o"),
+    ("repair", "q.mcap q.tum", "repair q.mcap -t q.tum -o out.tum --save-graph out.g2o --json"),
+    ("suite", "t.mcap t.tum d.tum s.toml", "suite s.toml --json --cache cache"),
     ("truth smd", "cloud.ply map.dmpmap", "truth smd cloud.ply map.dmpmap --json"),
     (
         "simulate city",
@@ -104,10 +107,12 @@ pub(super) fn calls(dmp: &Path, wants: impl Fn(&str) -> bool) -> anyhow::Result<
     put("a.json", shop.make("score t.mcap -t t.tum -t d.tum --json --quiet")?)?;
     let turned = b"P0: 1 0 0 0 0 1 0 0 0 0 1 0\nTr: 0 -1 0 0.1 0 0 -1 0.2 1 0 0 0.3\n";
     put("kitti/calib.txt", turned.to_vec())?;
+    let suite = "versions = [\"t\", \"d\"]\ntrajectories = \"{version}.tum\"\n[[log]]\nname = \"a\"\npath = \"t.mcap\"\n";
+    put("s.toml", suite.into())?;
     let tried = |&(name, inputs, line): &(&'static str, &str, &str)| -> anyhow::Result<Tried> {
         let mut words = Call::new(line).words;
-        let works =
-            ["score", "loops"].contains(&words[0].as_str()) || ["build", "smd"].contains(&words[1].as_str());
+        let works = ["score", "loops", "drift", "repair", "suite"].contains(&words[0].as_str())
+            || ["build", "smd"].contains(&words[1].as_str());
         // One thread: the same operations in the same order each time.
         let more = if works { "--quiet --work work --threads 1" } else { "--quiet" };
         words.extend(more.split(' ').map(str::to_owned));

@@ -1,6 +1,7 @@
 //! What a folder holds.
 
 use crate::LogError;
+use dmp_disk::open_input;
 use std::fs::{self, Metadata};
 use std::io::ErrorKind;
 use std::path::{Component, Path, PathBuf};
@@ -32,10 +33,15 @@ pub(crate) fn files_where(
     Ok(files)
 }
 
-/// Whether there is a file at a path. What cannot be looked at is an error: without it, what is read would mean something
-/// else.
+/// Whether there is a file at a path. What cannot be looked at, and a pipe in the place of a file, is an error: without it, what is
+/// read would mean something else.
 pub(crate) fn is_file(path: &Path) -> Result<bool, LogError> {
-    Ok(found(path)?.is_some_and(|found| found.is_file()))
+    let Some(found) = found(path)? else { return Ok(false) };
+    #[cfg(unix)]
+    if std::os::unix::fs::FileTypeExt::is_fifo(&found.file_type()) {
+        open_input(path).map_err(|e| LogError::io(path, "open", e))?;
+    }
+    Ok(found.is_file())
 }
 
 pub(crate) fn is_folder(path: &Path) -> Result<bool, LogError> {

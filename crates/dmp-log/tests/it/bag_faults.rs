@@ -189,3 +189,47 @@ fn files_that_are_gone_are_named() {
         }
     }
 }
+
+/// Files that rosbag2 packed, unpacked beside its metadata or not, and packed ones alone.
+#[test]
+fn packed_bags_are_read_where_they_are_unpacked_else_refused_with_the_command() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    write_messages(&at("a.mcap"), &[POINTS], &[(0, scan(0, "lidar", 4))]);
+    write_messages(&at("b.mcap"), &[POINTS], &[(0, scan(1, "lidar", 4))]);
+    database(&at("c.db3"), 4096, 1).close().unwrap();
+    let packed = |name: &str| zstd::encode_all(&fs::read(at(name)).unwrap()[..], 3).unwrap();
+    for (k, (mode, files, scans)) in [
+        ("FILE", "a.mcap.zstd", Ok(1)),
+        ("file", "a.mcap.zstd, b.mcap.zstd", Ok(2)),
+        ("FILE", "bag/a.mcap.zstd, b.mcap", Ok(2)),
+        ("FILE", "c.db3.zstd", Ok(1)),
+        ("FILE", "a.mcap.zstd, gone.mcap.zstd", Err("`zstd -d gone.mcap.zstd`")),
+        ("FILE", "gone.mcap.zstd, a.mcap.zstd", Err("`zstd -d gone.mcap.zstd`")),
+        ("FILE", "../a.mcap.zstd, ../../gone.mcap.zstd", Err("`ros2 bag convert`")),
+        ("MESSAGE", "a.mcap", Err("compression_mode MESSAGE): unpack it with `ros2 bag convert`")),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let bag = at(&format!("bag{k}"));
+        fs::create_dir(&bag).unwrap();
+        for name in ["a.mcap", "b.mcap", "c.db3"] {
+            fs::copy(at(name), bag.join(name)).unwrap();
+        }
+        let metadata = format!(
+            "rosbag2_bagfile_information:\n  compression_format: zstd\n  compression_mode: {mode}\n  \
+             relative_file_paths: [{files}]\n"
+        );
+        fs::write(bag.join("metadata.yaml"), metadata).unwrap();
+        match scans {
+            Ok(scans) => assert_eq!(read_all(&*open(&bag)).len(), scans, "{mode} {files}"),
+            Err(words) => assert_says(&open_error(&bag, &LogOptions::default()), &[words]),
+        }
+    }
+    for name in ["a.mcap", "c.db3"] {
+        let alone = at(&format!("{name}.zstd"));
+        fs::write(&alone, packed(name)).unwrap();
+        assert_says(&open_error(&alone, &LogOptions::default()), &["packed with zstd", "`zstd -d FILE`"]);
+    }
+}

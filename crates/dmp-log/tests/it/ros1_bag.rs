@@ -177,6 +177,29 @@ fn claims_of_a_bag_are_not_believed() {
     }
 }
 
+/// What a long bag has at its end: more than is unpacked of any one record.
+#[test]
+fn an_index_may_be_larger_than_any_record() {
+    let written = scans(24, 50, true);
+    let bag = Bag::new(&written, "none");
+    let file = file_of(&bag, &written);
+    let mut bytes = bag.bytes[..bag.index_at].to_vec();
+    bytes.extend(connection("/points", "sensor_msgs/PointCloud2"));
+    for chunk in &bag.chunks {
+        let at = (chunk.start as u64).to_le_bytes();
+        let info: [(&str, &[u8]); 4] =
+            [("op", &[6]), ("ver", &[1, 0, 0, 0]), ("chunk_pos", &at), ("count", &[1, 0, 0, 0])];
+        let mut counts = [[0; 4], (SCANS as u32).to_le_bytes()].concat();
+        // Of connections without a message here.
+        counts.resize(24 << 20, 0);
+        bytes.extend(record(&info, &counts));
+    }
+    assert!(bytes.len() - bag.index_at > 256 << 20);
+    assert_eq!(file.damage(&bytes, &written, true), [""; 0]);
+    let damage = file.damage(&bytes[..bytes.len() - 1], &written, true);
+    assert_says(&damage[0], &["the index at the end is cut or damaged"]);
+}
+
 #[test]
 fn bags_that_cannot_be_read_are_refused_with_what_to_do() {
     let folder = tempfile::tempdir().unwrap();
@@ -191,6 +214,7 @@ fn bags_that_cannot_be_read_are_refused_with_what_to_do() {
         ("encrypted.bag", [MAGIC, &encrypted, behind].concat()),
         ("velodyne.bag", packets("velodyne_msgs/VelodyneScan")),
         ("ouster.bag", packets("ouster_ros/PacketMsg")),
+        ("draco.bag", packets("draco_point_cloud_transport/CompressedPointCloud2")),
         ("images.bag", packets("sensor_msgs/Image")),
     ];
     for (name, bytes) in bags {
@@ -200,6 +224,9 @@ fn bags_that_cannot_be_read_are_refused_with_what_to_do() {
     for (name, message_type) in [
         ("velodyne.mcap", "velodyne_msgs/msg/VelodyneScan"),
         ("ouster.mcap", "ouster_sensor_msgs/msg/PacketMsg"),
+        ("draco.mcap", "point_cloud_interfaces/msg/CompressedPointCloud2"),
+        ("foxglove.mcap", "foxglove.PointCloud"),
+        ("foxglove_msgs.mcap", "foxglove_msgs/msg/PointCloud"),
     ] {
         let packets = ("/packets", message_type, "cdr");
         write_messages(&folder.path().join(name), &[packets], &[(0, cloud.clone())]);
@@ -223,6 +250,10 @@ fn bags_that_cannot_be_read_are_refused_with_what_to_do() {
         ),
         ("velodyne.mcap", "/packets holds packets | `ros2 launch velodyne_pointcloud"),
         ("ouster.mcap", "/packets holds packets | `ros2 launch ouster_ros"),
+        ("draco.bag", "/points holds compressed points | `rosrun point_cloud_transport republish draco"),
+        ("draco.mcap", "/packets holds compressed points | `ros2 run point_cloud_transport republish"),
+        ("foxglove.mcap", "/packets holds points as Foxglove writes them | sensor_msgs/PointCloud2, or"),
+        ("foxglove_msgs.mcap", "/packets holds points as Foxglove writes them"),
         (
             "images.bag",
             "no topic with sensor_msgs/PointCloud2 | /points [sensor_msgs/Image (ros1), 1 messages]",

@@ -177,6 +177,15 @@ fn a_topic_that_is_not_named_must_be_the_only_one() {
     bag(&[ODOMETRY, POSES, TEXT], &messages)
         .refused("/chatter", &["no topic `/chatter` with poses", "/pose ["]);
     bag(&[TEXT], &[(0, vec![])]).refused("", &["no topic with poses", "/chatter ["]);
+    let moved = ("/vicon", "geometry_msgs/msg/TransformStamped", "cdr");
+    let messages = [1000, 1100].map(|ms| (0, odometry(ms, at_x(ms as f64))));
+    let transform = bag(&[moved], &messages).read("/vicon").unwrap();
+    let odometry_of = bag(&[ODOMETRY], &messages).read("/odom").unwrap();
+    assert_eq!(
+        (transform.trajectory, transform.body_frame),
+        (odometry_of.trajectory, odometry_of.body_frame)
+    );
+    assert_eq!(transform.message_type, "TransformStamped");
     let only = bag(&[TEXT, ODOMETRY], &[(1, odometry(1000, at_x(0.0)))]).read("").unwrap();
     assert_eq!((only.topic.as_str(), only.body_frame.as_deref()), ("/odom", Some("base_link")));
     let folder = tempfile::tempdir().unwrap();

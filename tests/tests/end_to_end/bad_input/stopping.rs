@@ -7,6 +7,8 @@ use std::time::{Duration, Instant};
 
 use dmp_map::{Store, TileId};
 
+use dmp_log::FolderFormat;
+
 use super::table::Row;
 use super::{KEEPING_WORK, Town, begin, ended, names_in, report, scores, signal};
 use crate::common::dmp_command;
@@ -16,7 +18,16 @@ pub(super) const ROWS: &[Row] = &[Row {
     number: 24,
     made: |town| {
         town.write("bag.db3", b"SQLite format 3\0");
-        for name in ["pipe", "pipe.mcap", "pipe.laz", "pipe.obj", "pipe.dmpmap", "bag.db3-wal"] {
+        // Beside scans, among them, and in the place of what describes a bag.
+        ["stamps", "scans", "times"]
+            .into_iter()
+            .for_each(|name| town.scans(name, town.scans, FolderFormat::Bin));
+        fs::remove_file(town.path("stamps/times.txt")).unwrap();
+        fs::create_dir(town.path("bag")).unwrap();
+        let beside = ["stamps/times.txt", "scans/scans/000024.bin", "times/calib.txt", "bag/metadata.yaml"];
+        for name in
+            ["pipe", "pipe.mcap", "pipe.laz", "pipe.obj", "pipe.dmpmap", "bag.db3-wal"].iter().chain(&beside)
+        {
             town.pipe(name);
         }
         for command in [
@@ -33,6 +44,10 @@ pub(super) const ROWS: &[Row] = &[Row {
             "map build pipe.laz -o out.dmpmap",
             "map info pipe.dmpmap",
             "compare pipe",
+            "info stamps",
+            "score scans -t truth.tum",
+            "score times -t truth.tum",
+            "info bag",
         ] {
             town.line(format!("{command} => 1 it is a pipe | save what comes out of it to a file first"));
         }

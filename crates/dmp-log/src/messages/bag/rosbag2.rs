@@ -43,13 +43,12 @@ fn named_files(folder: &Path, path: &Path) -> Result<BagFiles, LogError> {
     let bytes = read_text(path, "metadata", MAX_METADATA_BYTES)?;
     let metadata = parse_metadata(&bytes).map_err(|e| e.in_file(path))?;
     let is_packed_by_file = metadata.compression_mode.eq_ignore_ascii_case("file");
-    let packed = || {
-        let first = metadata.files.first().map_or("", |(_, name)| name.as_str());
+    let packed = |name: &str| {
         let problem = format!(
             "the bag is packed by rosbag2 itself (compression_mode {}): unpack it with `ros2 bag convert`{}",
             shorten(&metadata.compression_mode),
             if is_packed_by_file {
-                format!(", or its files with `zstd -d {}`", shorten(first))
+                format!(", or its files with `zstd -d {}`", shorten(name))
             } else {
                 String::new()
             }
@@ -57,7 +56,7 @@ fn named_files(folder: &Path, path: &Path) -> Result<BagFiles, LogError> {
         LogError::malformed(path, PlaceInFile::WholeFile, problem)
     };
     if !metadata.compression_mode.is_empty() && !is_packed_by_file {
-        return Err(packed());
+        return Err(packed(""));
     }
     if metadata.files.is_empty() {
         return Err(LogError::malformed(
@@ -70,17 +69,17 @@ fn named_files(folder: &Path, path: &Path) -> Result<BagFiles, LogError> {
         let problem = format!("the file `{}` that it names is not there", shorten(name));
         LogError::malformed(path, PlaceInFile::Line(line), problem)
     };
-    let found = |(line, name): &'_ (u64, String)| -> Result<Result<PathBuf, String>, LogError> {
+    let found = |(line, named): &'_ (u64, String)| -> Result<Result<PathBuf, String>, LogError> {
         // What describes a bag comes from elsewhere: it names no files but the bag's own.
         // Files that were packed may lie there unpacked, under the name without `.zstd`.
-        let name = if is_packed_by_file { name.strip_suffix(".zstd").unwrap_or(name) } else { name };
+        let name = if is_packed_by_file { named.strip_suffix(".zstd").unwrap_or(named) } else { named };
         let inside = Some(name).filter(|name| stays_inside(Path::new(name)));
         // Old versions write the folder's own name in front.
         let file_name = Path::new(name).file_name().unwrap_or_default();
         let places = inside.map(|name| folder.join(name)).into_iter().chain([folder.join(file_name)]);
         let file = first_file(places)?;
         if file.is_none() && (inside.is_none() || is_packed_by_file) {
-            return Err(if is_packed_by_file { packed() } else { not_there(*line, name) });
+            return Err(if is_packed_by_file { packed(named) } else { not_there(*line, name) });
         }
         Ok(file.ok_or_else(|| name.to_owned()))
     };

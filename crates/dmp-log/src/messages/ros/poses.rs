@@ -1,5 +1,5 @@
 //! Messages with poses: `nav_msgs/Odometry`, `geometry_msgs/PoseStamped`, `PoseWithCovarianceStamped`,
-//! `nav_msgs/Path`, `tf2_msgs/TFMessage`.
+//! `TransformStamped`, `nav_msgs/Path`, `tf2_msgs/TFMessage`.
 
 use super::{Encoding, WireError, WireReader};
 use crate::messages::bag::Channel;
@@ -10,6 +10,7 @@ pub(crate) enum PoseType {
     Odometry,
     PoseStamped,
     PoseWithCovarianceStamped,
+    TransformStamped,
     Path,
     Transforms,
 }
@@ -23,6 +24,9 @@ impl PoseType {
             "geometry_msgs/msg/PoseWithCovarianceStamped" | "geometry_msgs/PoseWithCovarianceStamped" => {
                 Some(Self::PoseWithCovarianceStamped)
             }
+            "geometry_msgs/msg/TransformStamped" | "geometry_msgs/TransformStamped" => {
+                Some(Self::TransformStamped)
+            }
             "nav_msgs/msg/Path" | "nav_msgs/Path" => Some(Self::Path),
             "tf2_msgs/msg/TFMessage" | "tf2_msgs/TFMessage" | "tf/tfMessage" => Some(Self::Transforms),
             _ => None,
@@ -35,6 +39,7 @@ impl PoseType {
             Self::Odometry => "Odometry",
             Self::PoseStamped => "PoseStamped",
             Self::PoseWithCovarianceStamped => "PoseWithCovarianceStamped",
+            Self::TransformStamped => "TransformStamped",
             Self::Path => "Path",
             Self::Transforms => "TFMessage",
         }
@@ -73,7 +78,7 @@ impl PoseCoding {
         let mut read = || -> Result<(), WireError> {
             let mut message = WireReader::new(self.encoding, message)?;
             match self.pose_type {
-                PoseType::Odometry => poses.push(pose(&mut message, true)?),
+                PoseType::Odometry | PoseType::TransformStamped => poses.push(pose(&mut message, true)?),
                 PoseType::PoseStamped | PoseType::PoseWithCovarianceStamped => {
                     poses.push(pose(&mut message, false)?);
                 }

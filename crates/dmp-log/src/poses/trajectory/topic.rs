@@ -50,7 +50,7 @@ pub struct TopicTrajectory {
 }
 
 /// Reads a trajectory from a bag (MCAP, rosbag2, ROS 1): the poses of `Odometry`, `PoseStamped`,
-/// `PoseWithCovarianceStamped`, of the `Path` with the most poses (the last of these), or, of `/tf`, the
+/// `PoseWithCovarianceStamped`, `TransformStamped`, of the `Path` with the most poses (the last of these), or, of `/tf`, the
 /// chain from the world to the body at the stamps of its moving link that has most. Stamps are those of
 /// the headers. `scan_frame` is what moves in `/tf` where nothing else is asked for.
 ///

@@ -7,6 +7,7 @@ use super::ros1;
 use mcap::records::op;
 use std::collections::BTreeSet;
 use std::io;
+use std::ops::Range;
 
 /// Bytes of the footer's body and of the magic behind it.
 const FOOTER_BYTES: u64 = 20;
@@ -34,23 +35,42 @@ pub(super) fn read(source: &mut Source) -> io::Result<SummaryHint> {
     };
     let mut end = Vec::new();
     source.read_into(footer_at, HEAD_BYTES + FOOTER_BYTES + magic, &mut end)?;
-    let Some(Footer { bytes, summary_start, summary_bytes, crc32 }) = footer_of(&end, footer_at) else {
+    let Some(Footer { bytes, summary_start, crc32 }) = footer_of(&end, footer_at) else {
         return Ok(SummaryHint::default());
     };
-    let mut summary = Vec::new();
-    source.read_into(summary_start, summary_bytes, &mut summary)?;
-    let mut hasher = crc32fast::Hasher::new_with_initial(0);
-    hasher.update(&summary);
+    let (mut hint, mut hasher) = (SummaryHint::default(), crc32fast::Hasher::new());
+    let is_whole = each_record(source, summary_start..footer_at, &mut |record| {
+        hasher.update(record);
+        hint.take(record);
+    })?;
     // The checksum covers the footer up to itself.
     hasher.update(&bytes[..bytes.len() - 4]);
-    Ok(if hasher.finalize() == crc32 { hint_of(&summary) } else { SummaryHint::default() })
+    Ok(if is_whole && hasher.finalize() == crc32 { hint } else { SummaryHint::default() })
+}
+
+/// Reads records one at a time, each with its head: a summary may be larger than the memory. Whether all of them are whole.
+fn each_record(source: &mut Source, range: Range<u64>, each: &mut dyn FnMut(&[u8])) -> io::Result<bool> {
+    let (mut at, mut record) = (range.start, Vec::new());
+    while at < range.end {
+        if range.end - at < HEAD_BYTES {
+            return Ok(false);
+        }
+        let (opcode, body_bytes) = source.head_at(at)?;
+        let bytes = body_bytes.saturating_add(source.framing.head_bytes());
+        if opcode == 0 || bytes > MAX_RECORD_BYTES.min(range.end - at) {
+            return Ok(false);
+        }
+        source.read_into(at, bytes, &mut record)?;
+        each(&record);
+        at += bytes;
+    }
+    Ok(true)
 }
 
 /// The record at the end of a file with a summary.
 struct Footer<'a> {
     bytes: &'a [u8],
     summary_start: u64,
-    summary_bytes: u64,
     crc32: u32,
 }
 
@@ -65,30 +85,28 @@ fn footer_of(end: &[u8], footer_at: u64) -> Option<Footer<'_>> {
     let summary_start = fields.u64("the summary's start").ok()?;
     let _offsets_start = fields.u64("the start of the summary's offsets").ok()?;
     let crc32 = u32::from_le_bytes(fields.array("the summary's CRC").ok()?);
-    let summary_bytes = footer_at.checked_sub(summary_start)?;
-    let is_there =
-        opcode == op::FOOTER && summary_start != 0 && crc32 != 0 && summary_bytes <= MAX_RECORD_BYTES;
-    is_there.then_some(Footer { bytes: footer, summary_start, summary_bytes, crc32 })
+    let is_there = opcode == op::FOOTER && (1..=footer_at).contains(&summary_start) && crc32 != 0;
+    is_there.then_some(Footer { bytes: footer, summary_start, crc32 })
 }
 
-fn hint_of(summary: &[u8]) -> SummaryHint {
-    let mut hint = SummaryHint::default();
-    for (opcode, _, body) in Records::of(Framing::Mcap, summary) {
+impl SummaryHint {
+    /// Takes in a record of MCAP.
+    fn take(&mut self, record: &[u8]) {
+        let Some((opcode, body)) = Framing::Mcap.first_record(record) else { return };
         match opcode {
-            op::SCHEMA | op::CHANNEL => hint.descriptions.push((opcode, body.to_vec())),
+            op::SCHEMA | op::CHANNEL => self.descriptions.push((opcode, body.to_vec())),
             // The first of its fields.
-            op::STATISTICS => hint.messages = Fields(body).u64("the count of messages").ok(),
+            op::STATISTICS => self.messages = Fields(body).u64("the count of messages").ok(),
             op::CHUNK_INDEX => {
                 // Behind the times of its first and last message.
                 let times_and_start: Option<(&[u8; 16], &[u8])> = body.split_first_chunk();
                 if let Some(Ok(at)) = times_and_start.map(|(_, rest)| Fields(rest).u64("a chunk's start")) {
-                    hint.chunks_at.insert(at);
+                    self.chunks_at.insert(at);
                 }
             }
             _ => {}
         }
     }
-    hint
 }
 
 /// Reads the index at the end of the bag: nothing of it is used where it is not whole.
@@ -109,30 +127,25 @@ fn read_ros1(source: &mut Source) -> io::Result<SummaryHint> {
         return Ok(hint);
     };
     hint.index_at = Some(index_at);
-    let index_bytes = source.length() - index_at;
-    if index_bytes > MAX_RECORD_BYTES {
-        return Ok(hint);
-    }
-    let mut index = Vec::new();
-    source.read_into(index_at, index_bytes, &mut index)?;
-    let mut records = Records::of(source.framing, &index);
-    let (mut connections, mut chunks, mut messages) = (0, 0, 0);
+    let (mut connections, mut chunks, mut messages, mut is_known) = (0, 0, 0, true);
     let mut found = SummaryHint { index_at: hint.index_at, is_index_whole: true, ..SummaryHint::default() };
-    for (opcode, _, body) in &mut records {
-        let Some(ros1::Record { fields, data, .. }) = ros1::first_record(body) else { return Ok(hint) };
-        if opcode == ROS1_CONNECTION {
-            connections += 1;
-            found.descriptions.push((opcode, body.to_vec()));
-            continue;
+    let is_whole = each_record(source, index_at..source.length(), &mut |record| {
+        let Some(ros1::Record { fields, data, .. }) = ros1::first_record(record) else { return };
+        match (fields.opcode(), fields.place("chunk_pos")) {
+            (ROS1_CONNECTION, _) => {
+                connections += 1;
+                found.descriptions.push((ROS1_CONNECTION, record.to_vec()));
+            }
+            (ROS1_CHUNK_INFO, Some(at)) => {
+                chunks += 1;
+                found.chunks_at.insert(at);
+                // Number of the connection, and how many messages it has in the chunk.
+                let (counts, _) = data.as_chunks::<8>();
+                messages += counts.iter().map(|count| u64::from_le_bytes(*count) >> 32).sum::<u64>();
+            }
+            _ => is_known = false,
         }
-        let (ROS1_CHUNK_INFO, Some(at)) = (opcode, fields.place("chunk_pos")) else { return Ok(hint) };
-        chunks += 1;
-        found.chunks_at.insert(at);
-        // Number of the connection, and how many messages it has in the chunk.
-        let (counts, _) = data.as_chunks::<8>();
-        messages += counts.iter().map(|count| u64::from_le_bytes(*count) >> 32).sum::<u64>();
-    }
+    })?;
     found.messages = Some(messages);
-    let is_whole = records.rest() == 0 && counts == [Some(connections), Some(chunks)];
-    Ok(if is_whole { found } else { hint })
+    Ok(if is_whole && is_known && counts == [Some(connections), Some(chunks)] { found } else { hint })
 }
