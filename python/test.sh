@@ -24,7 +24,7 @@ if [ "${1:-}" = --smoke ]; then
     shift
     profile=dev built=debug
     tests=()
-    for name in docs memory race scans schema suite; do tests+=("$here/tests/test_$name.py"); done
+    for name in docs memory race residuals scans schema suite; do tests+=("$here/tests/test_$name.py"); done
 else
     needed+=(pandas polars pyarrow matplotlib rerun-sdk mcap-ros2-support nbclient ipykernel kiss-icp rosbags asteval
         dask distributed s3fs 'moto[server]' kubernetes-validate pyyaml)
@@ -52,6 +52,10 @@ pip "$tested" "${needed[@]}"
 if [ "$profile" = release ] && "$tested/bin/python" -c 'import sys; sys.exit(sys.version_info < (3, 11))'; then
     # Without what it only needs to download datasets, whose versions contradict those of s3fs.
     pip "$tested" --no-deps evalio
+fi
+if [ "$profile" = release ]; then
+    # Its own index has builds without CUDA, which are a tenth of the others.
+    pip "$tested" torch --index-url https://download.pytorch.org/whl/cpu || pip "$tested" torch
 fi
 
 # The command of these sources, whatever was built before.

@@ -19,6 +19,7 @@ from ._core import Table, __version__
 from ._map import Hits, Map, Surfels
 from ._poses import Poses
 from ._race.system import System
+from ._residuals import Residuals, residuals
 from ._result import Result
 from ._score import score
 from ._suite import SuiteResult, suite
@@ -37,6 +38,7 @@ __all__ = [
     "Map",
     "Poses",
     "Race",
+    "Residuals",
     "Result",
     "Scan",
     "System",
@@ -53,6 +55,7 @@ __all__ = [
     "quick",
     "race",
     "repair",
+    "residuals",
     "score",
     "simulate",
     "suite",

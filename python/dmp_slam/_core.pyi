@@ -44,6 +44,7 @@ class Map:
             npt.NDArray[np.float32] | None,
         ],
     ) -> None: ...
+    def residuals(self, asked: Any, filled: Any) -> None: ...
 
 @final
 class ScanWriter:

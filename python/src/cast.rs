@@ -3,13 +3,10 @@
 //! The casting threads write results directly into arrays made by numpy. numpy allocates large pages, which cost a
 //! fraction of small ones.
 
-use std::sync::{Mutex, PoisonError};
-
-use dmp_cast::{Answer, CastBuffers, Caster, Query};
+use dmp_cast::{Answer, CastBuffers, Caster, Hit, HitDisc, Query};
 use dmp_map::{MapError, Store};
 use dmp_sensor::Ray;
 use dmp_sensor::{Isometry3, Point3, Vector3};
-use rayon::ThreadPool;
 
 /// Directions whose squared length is this near to one count as unit vectors, up to rounding.
 const ROUNDING: f64 = 1e-12;
@@ -106,7 +103,7 @@ pub(crate) struct Chunk<'a> {
 pub(crate) struct Buffers {
     queries: Vec<Query>,
     answers: Vec<Answer>,
-    normals: Vec<Option<[f32; 3]>>,
+    discs: Vec<Option<HitDisc>>,
     of_caster: CastBuffers,
 }
 
@@ -118,30 +115,20 @@ pub(crate) struct Casting<'a> {
 }
 
 impl Casting<'_> {
-    /// Fills chunks on all threads of a pool, each of which takes the next chunk when it is done with one.
-    pub(crate) fn cast_in(&self, pool: &ThreadPool, chunks: Vec<Chunk<'_>>) -> Result<(), MapError> {
-        let chunks = Mutex::new(chunks.into_iter());
-        let next = || chunks.lock().unwrap_or_else(PoisonError::into_inner).next();
-        let done = pool.broadcast(|_| {
-            let mut buffers = Buffers::default();
-            std::iter::from_fn(next).try_for_each(|chunk| self.cast(chunk, &mut buffers))
-        });
-        done.into_iter().collect()
-    }
-
     /// Fills a chunk.
     pub(crate) fn cast(&self, chunk: Chunk<'_>, buffers: &mut Buffers) -> Result<(), MapError> {
-        let Buffers { queries, answers, normals, of_caster } = buffers;
+        let Buffers { queries, answers, discs, of_caster } = buffers;
         let Chunk { start, found } = chunk;
         queries.clear();
         queries.extend((start..start + found.first_m.len()).map(|ray| self.rays.query(ray)));
         match found.normals {
             None => self.caster.cast(queries, answers, of_caster)?,
             Some(filled) => {
-                self.caster.cast_with_normals(queries, answers, normals, of_caster)?;
-                for (filled, normal) in filled.iter_mut().zip(&*normals) {
-                    let in_own = |n: [f32; 3]| self.own_from_world * Vector3::from(n.map(f64::from));
-                    *filled = normal.map_or([f32::NAN; 3], |n| in_own(n).map(|c| c as f32).into());
+                self.caster.cast_with_discs(queries, answers, (Hit::First, &mut *discs), of_caster)?;
+                for (filled, disc) in filled.iter_mut().zip(&*discs) {
+                    let normal = disc.map(|disc| Vector3::from(disc.normal_in_world.map(f64::from)));
+                    let in_own = |n: Vector3<f64>| (self.own_from_world * n).map(|c| c as f32).into();
+                    *filled = normal.map_or([f32::NAN; 3], in_own);
                 }
             }
         }

@@ -4,18 +4,20 @@
 //! # Brief overview
 //! [`run`](run::run) runs any command: arguments in, output out, with a listener for its messages. The rest is what
 //! Python cannot do fast enough: writing scans from arrays into a log ([`ScanWriter`](scan_writer::ScanWriter)),
-//! casting rays into a map ([`Map`](map::Map)), and passing on tables ([`Table`](table::Table)). The package's
+//! casting rays into a map and differentiating residuals ([`Map`](map::Map)), and passing on tables ([`Table`](table::Table)). The package's
 //! interface is written in Python on top of these, in `dmp_slam`.
 
 #![expect(clippy::needless_pass_by_value, reason = "functions are handed what Python calls them with")]
 
 mod cast;
+mod chunks;
 mod columns;
 mod errors;
 mod file_stems;
 mod listened;
 mod map;
 mod options;
+mod residuals;
 mod run;
 mod scan_writer;
 mod table;

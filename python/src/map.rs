@@ -1,11 +1,7 @@
-//! Maps: their surfels as arrays, and rays cast into them.
-//!
-//! Threads live for one call only. A forked process has none of its parent's threads: waiting for a kept pool, as rayon
-//! keeps one, would never end.
+//! Maps: their surfels as arrays, rays cast into them, and residuals of scans.
 
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::thread;
 
 use dmp_cast::{CastSettings, Caster, TileCache, Wanted};
 use dmp_map::{MapError, Store, TileId};
@@ -17,15 +13,11 @@ use numpy::{
 };
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use rayon::{ThreadPool, ThreadPoolBuilder};
 
-use crate::cast::{Buffers, Casting, Chunk, Found, Rays};
-use crate::errors::{failed, input};
-
-/// Rays per chunk of a thread.
-const CHUNK: usize = 1 << 13;
-/// Chunks between two checks for interrupts.
-const BLOCK_CHUNKS: usize = 1 << 7;
+use crate::cast::{Buffers, Casting, Found, Rays};
+use crate::chunks::{CHUNK, in_chunks};
+use crate::errors::input;
+use crate::residuals::{Filled, Frame, Request};
 
 /// Centres and normals of surfels.
 type Surfels<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f32>>);
@@ -128,22 +120,15 @@ impl Map {
             count.ok_or_else(|| PyValueError::new_err("there must be as many of each as there are rays"))?;
         let caster = if rays.measured_m.is_some() { &self.caster } else { &self.first_only };
         let casting = Casting { caster, rays, own_from_world: *self.caster.map().own_from_world() };
-        let pool = pool(threads, count).map_err(|error| failed(py, &format_args!("no threads: {error}")))?;
-        let mut alone = Buffers::default();
-        let mut chunks = found.chunks(CHUNK);
-        loop {
-            // Interrupts are checked between blocks.
-            let block: Vec<Chunk<'_>> = chunks.by_ref().take(BLOCK_CHUNKS).collect();
-            if block.is_empty() {
-                return Ok(());
-            }
-            let done = py.detach(|| match &pool {
-                Some(pool) => casting.cast_in(pool, block),
-                None => block.into_iter().try_for_each(|chunk| casting.cast(chunk, &mut alone)),
-            });
-            done.map_err(|error| input(py, &error))?;
-            py.check_signals()?;
-        }
+        in_chunks(py, (threads, count), found.chunks(CHUNK), |chunk, buffers: &mut Buffers| {
+            casting.cast(chunk, buffers)
+        })
+    }
+
+    /// Fills arrays with the residuals of scans, and their derivatives.
+    fn residuals(&self, py: Python<'_>, asked: Request<'_>, mut filled: Filled<'_>) -> PyResult<()> {
+        let casters = [&self.first_only, &self.caster];
+        Frame { casters, world_from_own: self.world_from_own }.fill(py, &asked, &mut filled)
     }
 }
 
@@ -174,13 +159,4 @@ fn rows<'a>(array: &'a PyReadonlyArray2<'_, f64>) -> PyResult<&'a [[f64; 3]]> {
         return Err(PyValueError::new_err("rays must be N × 3"));
     }
     Ok(array.as_slice()?.as_chunks().0)
-}
-
-/// Threads for this many rays; `None` if the calling thread suffices.
-fn pool(threads: Option<usize>, rays: usize) -> Result<Option<ThreadPool>, rayon::ThreadPoolBuildError> {
-    let most = threads.or_else(|| thread::available_parallelism().ok().map(usize::from)).unwrap_or(1);
-    match most.min(rays.div_ceil(CHUNK)) {
-        0 | 1 => Ok(None),
-        threads => ThreadPoolBuilder::new().num_threads(threads).build().map(Some),
-    }
 }

@@ -8,9 +8,8 @@ use dmp_map::{MapError, Store, TileExtent, TileId, TileSource};
 use crate::casting::{CastBuffers, Casting, Grouping};
 use crate::journey::{Tiles, travel};
 use crate::lanes::{Job, Simd};
-use crate::normals::Normal;
 use crate::path::Path;
-use crate::query::{Answer, CastSettings, Query};
+use crate::query::{Answer, CastSettings, Hit, HitDisc, Query};
 use crate::within::CastTile;
 
 /// The tiles of one or more maps in memory, ready for casting, under one byte budget.
@@ -111,32 +110,32 @@ impl<M: TileSource> Caster<M> {
         self.cast_block(queries, answers, None, buffers, true)
     }
 
-    /// The same, and for each query the world-frame unit normal of the first surfel that its ray crosses, turned
-    /// towards the ray's origin (normal · direction ≤ 0); `None` for a miss. `normals` is overwritten too.
+    /// The same, and for each query the disc that its ray crosses at one of the ranges of its answer, its normal turned towards
+    /// the ray's origin (normal · direction ≤ 0); `None` for a miss. `discs` is overwritten too.
     ///
     /// # Errors
     /// As [`Caster::cast`].
-    pub fn cast_with_normals(
+    pub fn cast_with_discs(
         &self,
         queries: &[Query],
         answers: &mut Vec<Answer>,
-        normals: &mut Vec<Option<[f32; 3]>>,
+        (hit, discs): (Hit, &mut Vec<Option<HitDisc>>),
         buffers: &mut CastBuffers,
     ) -> Result<(), MapError> {
-        normals.clear();
-        normals.resize(queries.len(), None);
-        self.cast_block(queries, answers, Some(normals), buffers, false)
+        discs.clear();
+        discs.resize(queries.len(), None);
+        self.cast_block(queries, answers, Some((hit, discs)), buffers, false)
     }
 
     fn cast_block(
         &self,
         queries: &[Query],
         answers: &mut Vec<Answer>,
-        normals: Option<&mut [Option<Normal>]>,
+        discs: Option<(Hit, &mut [Option<HitDisc>])>,
         buffers: &mut CastBuffers,
         reposed: bool,
     ) -> Result<(), MapError> {
-        self.path.run(CastBlock { caster: self, queries, answers, normals, buffers, reposed })
+        self.path.run(CastBlock { caster: self, queries, answers, discs, buffers, reposed })
     }
 }
 
@@ -169,7 +168,7 @@ struct CastBlock<'a, M> {
     queries: &'a [Query],
     answers: &'a mut Vec<Answer>,
     /// One per query.
-    normals: Option<&'a mut [Option<Normal>]>,
+    discs: Option<(Hit, &'a mut [Option<HitDisc>])>,
     buffers: &'a mut CastBuffers,
     /// Whether the buffers have the order of the same returns.
     reposed: bool,
@@ -180,7 +179,7 @@ impl<M: TileSource> Job for CastBlock<'_, M> {
 
     #[inline(always)]
     fn on<S: Simd>(self, simd: S) -> Self::Output {
-        let Self { caster, queries, answers, normals, buffers, reposed } = self;
+        let Self { caster, queries, answers, discs, buffers, reposed } = self;
         let CastBuffers { journey, lists } = buffers;
         let Caster { settings, grouping, .. } = *caster;
         // If there are tiles, every ray arrives and writes its answer.
@@ -194,7 +193,7 @@ impl<M: TileSource> Job for CastBlock<'_, M> {
             _ if reposed => journey.order.of_last(queries, radius_m),
             _ => journey.order.by_direction(queries, radius_m),
         }
-        let mut casting = Casting { grouping, wanted: settings.wanted, answers, normals, lists };
+        let mut casting = Casting { grouping, wanted: settings.wanted, answers, discs, lists };
         travel(simd, caster, &settings, queries, journey, &mut casting)
     }
 }

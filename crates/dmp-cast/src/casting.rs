@@ -3,10 +3,10 @@
 use dmp_map::{MapError, TileId};
 
 use crate::answers::{First, Three};
+use crate::discs::discs;
 use crate::journey::{JourneyBuffers, Traveller, Wait};
 use crate::lanes::Simd;
-use crate::normals::{Normal, normals};
-use crate::query::{Answer, Wanted};
+use crate::query::{Answer, Hit, HitDisc, Wanted};
 use crate::rays::Rays;
 use crate::within::{
     CastPackets, CastTile, Frustum, LEAST_RAYS, PACKETS, PacketAnswers, PacketLists, RAYS, SQUARES_PER_RAY,
@@ -62,8 +62,8 @@ pub(crate) struct Casting<'a> {
     pub(crate) wanted: Wanted,
     /// One per query.
     pub(crate) answers: &'a mut [Answer],
-    /// The normals of the first crossings, if requested: one per query.
-    pub(crate) normals: Option<&'a mut [Option<Normal>]>,
+    /// The discs of the crossings of a kind, if requested: one per query.
+    pub(crate) discs: Option<(Hit, &'a mut [Option<HitDisc>])>,
     pub(crate) lists: &'a mut Lists,
 }
 
@@ -82,8 +82,8 @@ impl Traveller for Casting<'_> {
         let tile = &tile.view();
         for waits in waits.chunks(PACKETS) {
             visit_tile(simd, tile, packets, waits, self.grouping, self.wanted, self.lists);
-            if let Some(of_queries) = self.normals.as_deref_mut() {
-                take_normals(simd, tile, packets, waits, of_queries, self.lists);
+            if let Some((hit, of_queries)) = &mut self.discs {
+                take_discs(simd, tile, packets, waits, (*hit, of_queries), self.lists);
             }
         }
         Ok(())
@@ -171,23 +171,23 @@ fn cast_visits<S: Simd, const BEYOND: bool>(
     }
 }
 
-/// Stores the normals of the first crossings in the last tile visited.
+/// Stores the discs of crossings of a kind that were found in the last tile visited.
 #[inline(always)]
-fn take_normals<S: Simd>(
+fn take_discs<S: Simd>(
     simd: S,
     tile: &TileView,
     packets: &[Rays],
     waits: &[Wait],
-    of_queries: &mut [Option<Normal>],
+    (hit, of_queries): (Hit, &mut [Option<HitDisc>]),
     lists: &mut Lists,
 ) {
     let Lists { visits, before, of_rays, .. } = lists;
     for ((wait, visit), before) in waits.iter().zip(visits.iter_mut()).zip(before.iter()) {
         let rays = &packets[wait.packet as usize];
-        for (lane, normal) in normals(simd, tile, visit, before, wait.lanes, of_rays).into_iter().enumerate()
-        {
-            if normal.is_some() {
-                of_queries[rays.query(lane)] = normal;
+        let found = discs(simd, tile, visit, before, (hit, wait.lanes), of_rays);
+        for (lane, disc) in found.into_iter().enumerate() {
+            if disc.is_some() {
+                of_queries[rays.query(lane)] = disc;
             }
         }
     }

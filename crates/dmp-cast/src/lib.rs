@@ -4,8 +4,9 @@
 //! A [`Caster`] casts into a map (a [`Store`](dmp_map::Store) on disk, or any [`TileSource`](dmp_map::TileSource)) and
 //! answers blocks of [`Query`]s with [`Answer`]s. An answer has three ranges: the first crossing with the map (the z'
 //! of Zhang & Chen 2021, eq. 7), the crossing nearest to the measured range, and the first one with a surfel
-//! independent of the ray's own part of the drive. One traversal finds all three, and optionally the normal of the
-//! first surfel.
+//! independent of the ray's own part of the drive. One traversal finds all three, and optionally the surfel at one of
+//! them. [`Caster::hold`] holds that surfel for each return of posed scans: residuals and their derivatives follow
+//! ([`dmp_sensor::PosedReturn::against`]).
 //!
 //! Rays traverse the map's tiles nearest first, together with their neighbours: in packets of sixteen where that is
 //! faster, else one by one. Every tile has its own tree, eight wide, with leaves of sixteen discs that are tested at
@@ -54,9 +55,10 @@ mod bands;
 mod caster;
 mod casting;
 mod counter;
+mod discs;
+mod held;
 mod journey;
 mod lanes;
-mod normals;
 mod order;
 mod path;
 mod query;
@@ -68,7 +70,8 @@ pub use casting::CastBuffers;
 #[doc(hidden)]
 pub use casting::Grouping;
 pub use counter::{CountBuffers, CrossingCounter};
+pub use held::{Held, HoldBuffers, HoldSettings, Points, PosedScans};
 pub use path::Path;
-pub use query::{Answer, CastSettings, Query, Wanted};
+pub use query::{Answer, CastSettings, Hit, HitDisc, Query, Wanted};
 #[doc(hidden)]
 pub use within::CastTile;

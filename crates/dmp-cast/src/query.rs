@@ -32,6 +32,39 @@ pub struct Answer {
     pub revisited: bool,
 }
 
+impl Answer {
+    /// One of its ranges.
+    #[inline]
+    pub fn range_m(&self, hit: Hit) -> Option<f64> {
+        match hit {
+            Hit::First => self.first_m,
+            Hit::Nearest => self.nearest_m,
+            Hit::Independent => self.independent_m,
+        }
+    }
+}
+
+/// One of the three ranges of an answer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Hit {
+    /// z1.
+    #[default]
+    First,
+    /// zn.
+    Nearest,
+    /// zc.
+    Independent,
+}
+
+/// A disc of the map, as a ray crosses it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HitDisc {
+    /// Its centre, world frame, metres.
+    pub centre_in_world_m: [f64; 3],
+    /// Its unit normal in the world frame, turned towards the ray's origin.
+    pub normal_in_world: [f32; 3],
+}
+
 /// The settings of a caster.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CastSettings {

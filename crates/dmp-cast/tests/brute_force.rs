@@ -6,7 +6,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
 
-use dmp_cast::{Answer, CastBuffers, CastSettings, Caster, Grouping, Path, Query, Wanted};
+use dmp_cast::{Answer, CastBuffers, CastSettings, Caster, Grouping, Hit, HitDisc, Path, Query, Wanted};
 use dmp_map::{Durability, FuseBuffers, Independence, Lattice, LooseSurfels, MapFuser, Store, WorldSurfel};
 use dmp_sensor::Ray;
 use proptest::prelude::*;
@@ -121,22 +121,33 @@ fn between(perhaps: Option<f64>, found: Option<f64>, surely: Option<f64>) -> boo
     infinite(found) >= infinite(perhaps) - TOLERANCE_M && infinite(found) <= infinite(surely) + TOLERANCE_M
 }
 
-/// The normal is that of a disc that the ray crosses where it crosses the first, turned to where it comes from.
-fn check_normal(
+/// The disc is one that the ray crosses at that answer, its normal turned to where the ray comes from.
+fn check_disc(
     discs: &[Disc],
     query: &Query,
     settings: &CastSettings,
     radius_m: f64,
-    first_m: Option<f64>,
-    normal: Option<[f32; 3]>,
+    (hit, answer): (Hit, &Answer),
+    found: Option<HitDisc>,
 ) {
-    assert_eq!(first_m.is_some(), normal.is_some(), "{query:?}");
-    let (Some(first_m), Some(normal)) = (first_m, normal.map(|n| n.map(f64::from))) else { return };
+    let at_m = answer.range_m(hit);
+    assert_eq!(at_m.is_some(), found.is_some(), "{query:?} {hit:?}");
+    let (Some(at_m), Some(found)) = (at_m, found) else { return };
     let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    let normal = found.normal_in_world.map(f64::from);
     assert!(dot(normal, query.ray.direction_in_world) <= 0.0, "{query:?} {normal:?}");
-    let there = crossings(discs, query, settings, radius_m, 1e-4);
-    let mut there = there.filter(|(t, _)| (t - first_m).abs() <= TOLERANCE_M);
-    assert!(there.any(|(_, disc)| dot(disc.normal, normal).abs() > 1.0 - 1e-6), "{query:?} {normal:?}");
+    let is_found = |disc: &Disc| {
+        let off: [f64; 3] = std::array::from_fn(|k| disc.centre[k] - found.centre_in_world_m[k]);
+        dot(off, off) < 1e-8 && dot(disc.normal, normal).abs() > 1.0 - 1e-6
+    };
+    let independence = query.segment.map(|s| Independence::of(s, settings.reach));
+    let fits = |disc: &Disc| {
+        hit != Hit::Independent
+            || independence.is_some_and(|i| i.holds(disc.third_lowest, disc.third_highest))
+    };
+    let mut there = crossings(discs, query, settings, radius_m, 1e-4);
+    let there = there.any(|(t, disc)| (t - at_m).abs() <= TOLERANCE_M && is_found(disc) && fits(disc));
+    assert!(there, "{query:?} {hit:?} {found:?}");
 }
 
 fn check(store: Store, queries: &[Query], settings: CastSettings, budget_bytes: usize) -> [usize; 3] {
@@ -145,19 +156,24 @@ fn check(store: Store, queries: &[Query], settings: CastSettings, budget_bytes: 
     let mut caster = Caster::new(store, settings, budget_bytes);
     let mut answers = Vec::new();
     caster.cast(queries, &mut answers, &mut CastBuffers::default()).unwrap();
-    let mut normals = Vec::new();
-    caster.cast_with_normals(queries, &mut Vec::new(), &mut normals, &mut CastBuffers::default()).unwrap();
+    let kinds = [Hit::First, Hit::Nearest, Hit::Independent];
+    let with_discs = |caster: &Caster, hit: Hit| {
+        let (mut answers, mut discs) = (Vec::new(), Vec::new());
+        let buffers = &mut CastBuffers::default();
+        caster.cast_with_discs(queries, &mut answers, (hit, &mut discs), buffers).unwrap();
+        (answers, discs)
+    };
+    let hit_discs = kinds.map(|hit| with_discs(&caster, hit).1);
     // The same bits on every path, however rays are grouped.
     for path in Path::all() {
         for grouping in [Grouping::Auto, Grouping::Single, Grouping::Packets] {
             caster = caster.with(path, grouping);
-            let (mut again, mut normals_again) = (Vec::new(), Vec::new());
+            let mut again = Vec::new();
             caster.cast(queries, &mut again, &mut CastBuffers::default()).unwrap();
-            let with_normals = &mut Vec::new();
-            caster
-                .cast_with_normals(queries, with_normals, &mut normals_again, &mut CastBuffers::default())
-                .unwrap();
-            assert!(again == *with_normals && normals_again == normals, "{} {grouping:?}", path.name());
+            for (hit, discs) in kinds.into_iter().zip(&hit_discs) {
+                let same = with_discs(&caster, hit);
+                assert!(again == same.0 && *discs == same.1, "{} {grouping:?} {hit:?}", path.name());
+            }
             let differ = answers.iter().zip(&again).position(|(a, b)| a != b);
             assert!(
                 differ.is_none(),
@@ -168,8 +184,10 @@ fn check(store: Store, queries: &[Query], settings: CastSettings, budget_bytes: 
         }
     }
     let mut hits = [0; 3];
-    for ((query, found), normal) in queries.iter().zip(&answers).zip(&normals) {
-        check_normal(&discs, query, &settings, radius_m, found.first_m, *normal);
+    for (k, (query, found)) in queries.iter().zip(&answers).enumerate() {
+        for (hit, hit_discs) in kinds.into_iter().zip(&hit_discs) {
+            check_disc(&discs, query, &settings, radius_m, (hit, found), hit_discs[k]);
+        }
         let surely = brute_force(&discs, query, &settings, radius_m, -1e-4);
         let perhaps = brute_force(&discs, query, &settings, radius_m, 1e-4);
         let gap = |a: &Answer| a.nearest_m.map(|t| (t - query.ray.range_m).abs());

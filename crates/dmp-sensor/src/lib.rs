@@ -31,6 +31,7 @@ mod between;
 mod camera;
 mod carried;
 mod ego;
+mod gradient;
 mod pose_graph;
 mod ray;
 mod returns;
@@ -44,13 +45,15 @@ pub use along::along_m;
 pub use between::pose_between;
 pub use camera::{CameraError, DepthNoise, Distortion, PinholeCamera, PixelBearings, depth_per_range};
 pub use ego::{EgoMask, EgoVotes};
+pub use gradient::{Gradient, Plane, PosedReturn, ResidualKind, by_motion, moved_by, point_to_plane};
 pub use nalgebra::{
     Isometry3, Matrix3, Matrix6, Point3, Quaternion, Rotation3, Translation3, UnitQuaternion, Vector3,
+    Vector6,
 };
 pub use pose_graph::{Component, Disconnected, EdgeFault, PoseEdge, PoseGraph, PoseGraphError};
 pub use ray::Ray;
 pub use returns::{DropReason, ReturnCounts, ReturnFilter, is_implausible};
 pub use scan::Scan;
-pub use seven::{seven, transform_of};
+pub use seven::{RotationError, nearest_rotation, seven, transform_of};
 pub use track::{Track, TrackCursor};
 pub use trajectory::{Trajectory, TrajectoryError, TrajectoryRepairs};

@@ -39,7 +39,6 @@
 
 mod difference;
 mod flat;
-mod gradient;
 mod grid;
 mod held;
 mod level;
@@ -52,7 +51,6 @@ mod starts;
 #[cfg(test)]
 mod tests;
 
-pub use gradient::{Gradient, Plane, PosedReturn, point_to_plane};
 pub use pyramid::Pyramid;
 pub use refusal::Refusal;
 pub use register::{Alignment, align};

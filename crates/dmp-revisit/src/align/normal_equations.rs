@@ -1,6 +1,6 @@
 //! The least squares of one step.
 
-use dmp_sensor::{Isometry3, Matrix6, Translation3, UnitQuaternion, Vector3};
+use dmp_sensor::{Isometry3, Matrix6, Translation3, UnitQuaternion, Vector3, by_motion};
 use nalgebra::{Quaternion, Vector6};
 
 /// What each unknown gets beside what the surfaces say, in parts of the mean of the diagonal: what no surface holds stays.
@@ -31,10 +31,9 @@ pub(crate) struct Residual {
 }
 
 impl Residual {
-    /// Of `place_m` to the plane through `mean_m`: the derivative by a rotation vector ω is `(p × n)·ω`, by a translation `n`.
+    /// Of `place_m` to the plane through `mean_m`.
     pub(crate) fn new(place_m: Vector3<f64>, mean_m: &Vector3<f64>, normal: Vector3<f64>) -> Self {
-        let turn = place_m.cross(&normal);
-        let jacobian = Vector6::new(turn.x, turn.y, turn.z, normal.x, normal.y, normal.z);
+        let jacobian = by_motion(&place_m, &normal);
         Self { place_m, normal, distance_m: normal.dot(&(place_m - mean_m)), jacobian }
     }
 

@@ -1,8 +1,9 @@
 //! Where the sensor is, and what that changes with what is looked for.
 
-use dmp_sensor::{Isometry3, Track, TrackCursor, Trajectory, Translation3, UnitQuaternion, Vector3};
-
-use crate::align::{Plane, PosedReturn, point_to_plane};
+use dmp_sensor::{
+    Isometry3, Plane, PosedReturn, Track, TrackCursor, Trajectory, Translation3, UnitQuaternion, Vector3,
+    point_to_plane,
+};
 
 use crate::calibrate::axis::{AXES, Axis, Vector};
 use crate::calibrate::sample::Snapshot;

@@ -1,17 +1,14 @@
 //! Numbers of a line, and the poses they make.
 
-use dmp_sensor::{Isometry3, Quaternion, Translation3, UnitQuaternion};
+use dmp_sensor::{Isometry3, Matrix3, Quaternion, Translation3, UnitQuaternion, nearest_rotation};
 
 use crate::file::decimal::shorten;
 use crate::{ParseError, PlaceInFile};
-use nalgebra::{Matrix3, Rotation3};
 
 /// Farthest a pose may be from the world's origin, metres: ten times the size of the Earth.
 const MAX_PLACE_M: f64 = 1e8;
 /// How far the norm of a quaternion may be from 1: text is rounded, but not by this much.
 const NORM_TOLERANCE: f64 = 0.1;
-/// How far R ᵀR may be from 1, in any element, for R to be a rotation that was rounded.
-const ROTATION_TOLERANCE: f64 = 0.05;
 
 /// The columns of a line as `N` finite numbers.
 pub(crate) fn numbers<const N: usize>(
@@ -72,27 +69,8 @@ pub(crate) fn pose_of_rows(place: PlaceInFile, rows: [f64; 12]) -> Result<Isomet
     let [a, b, c, tx, d, e, f, ty, g, h, i, tz] = rows;
     check_place(place, [tx, ty, tz])?;
     let matrix = Matrix3::new(a, b, c, d, e, f, g, h, i);
-    let rotation = nearest_rotation(matrix).map_err(|problem| ParseError::new(place, problem))?;
+    let rotation = nearest_rotation(matrix).map_err(|problem| ParseError::new(place, problem.to_string()))?;
     Ok(Isometry3::from_parts(Translation3::new(tx, ty, tz), rotation))
-}
-
-/// The rotation nearest to a matrix that is one but for rounding: the orthogonal factor of its polar
-/// decomposition, by Newton's iteration (Higham 1986), which doubles the right digits each time.
-fn nearest_rotation(matrix: Matrix3<f64>) -> Result<UnitQuaternion<f64>, String> {
-    let off = (matrix.transpose() * matrix - Matrix3::identity()).amax();
-    let determinant = matrix.determinant();
-    if off.is_nan() || off > ROTATION_TOLERANCE {
-        return Err(format!("the 3 x 3 part is no rotation: its columns are off by {off:.3}"));
-    }
-    if determinant < 0.0 {
-        return Err(format!("the 3 x 3 part is a reflection: its determinant is {determinant:.3}"));
-    }
-    let mut rotation = matrix;
-    for _ in 0..8 {
-        let Some(inverse) = rotation.try_inverse() else { break };
-        rotation = (rotation + inverse.transpose()) * 0.5;
-    }
-    Ok(UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(rotation)))
 }
 
 fn check_place(place: PlaceInFile, position_m: [f64; 3]) -> Result<(), ParseError> {
