@@ -12,7 +12,7 @@ pub enum RotationError {
     /// Its columns are not at right angles, or not of unit length.
     #[error("the 3 x 3 part is no rotation: its columns are off by {off:.3}")]
     NotOrthonormal {
-        /// The largest element of RᵀR − 1.
+        /// The largest element of `RᵀR − 1`.
         off: f64,
     },
     /// It mirrors.

@@ -210,7 +210,8 @@ fn keeps_to_memory(part: usize, memories_mib: &[u64]) {
             let printed = done.stderr.split(" of memory").next().and_then(|rest| rest.rsplit("; ").next());
             let printed = printed.and_then(|peak| peak.strip_suffix(" MiB")?.parse::<f64>().ok());
             let is_true = printed.is_none_or(|printed| (0.9..1.1).contains(&(printed / peak_mib)));
-            if !refused && !(done.code == Some(0) && peak_mib <= 1.1 * *memory_mib as f64 && is_true) {
+            let holds = done.code == Some(0) && peak_mib <= 1.1 * *memory_mib as f64 && is_true;
+            if !(refused || holds) {
                 failed.push(format!(
                     "{command}: {:?}, {found}, printed {printed:?}: {}",
                     done.code, done.stderr
