@@ -147,7 +147,7 @@ impl Frame<'_> {
     }
 }
 
-impl<'a> Chunk<'a> {
+impl Chunk<'_> {
     fn is_of(&self, count: usize) -> bool {
         let jacobian = self.jacobian.as_ref().map_or(count, |rows| rows.len());
         [self.predicted_m.len(), self.residual_m.len(), jacobian, self.planes.len(), self.state.len()]
@@ -161,11 +161,11 @@ impl<'a> Chunk<'a> {
         self.start += count;
         (count > 0).then(|| Chunk {
             start,
-            predicted_m: first_of(&mut self.predicted_m, count),
-            residual_m: first_of(&mut self.residual_m, count),
-            jacobian: self.jacobian.as_mut().map(|rows| first_of(rows, count)),
-            planes: first_of(&mut self.planes, count),
-            state: first_of(&mut self.state, count),
+            predicted_m: self.predicted_m.split_off_mut(..count).unwrap_or_default(),
+            residual_m: self.residual_m.split_off_mut(..count).unwrap_or_default(),
+            jacobian: self.jacobian.as_mut().map(|rows| rows.split_off_mut(..count).unwrap_or_default()),
+            planes: self.planes.split_off_mut(..count).unwrap_or_default(),
+            state: self.state.split_off_mut(..count).unwrap_or_default(),
         })
     }
 
@@ -216,12 +216,6 @@ impl<'a> Chunk<'a> {
             row += 1;
         });
     }
-}
-
-fn first_of<'a, T>(rows: &mut &'a mut [T], count: usize) -> &'a mut [T] {
-    let (first, others) = std::mem::take(rows).split_at_mut(count);
-    *rows = others;
-    first
 }
 
 fn rows<'a, const N: usize>(array: &'a PyReadonlyArray2<'_, f64>) -> PyResult<&'a [[f64; N]]> {

@@ -215,8 +215,7 @@ fn compare(scene: &Scene, hit: Hit, every: usize) -> Found {
         if !stays[k] {
             continue;
         }
-        for kind in 0..2 {
-            let (row, expected) = (&rows[k].1[kind], &differences[k][kind]);
+        for (kind, (row, expected)) in rows[k].1.iter().zip(&differences[k]).enumerate() {
             for block in [0..3, 3..6, 6..9, 9..12, 12..13, 13..14] {
                 let size = expected[block.clone()].iter().fold(LEAST, |most, d| most.max(d.abs()));
                 let error = block.map(|column| (row[column] - expected[column]).abs()).fold(0.0, f64::max);
