@@ -230,7 +230,7 @@ fn check(name: &str, scene: &Scene, returns: usize) {
     for hit in [Hit::First, Hit::Nearest, Hit::Independent] {
         let found = compare(scene, hit, (scene.points.len() / returns).max(1));
         println!("{name}, {hit:?}: {found:?}");
-        assert!(found.returns >= returns && found.held > found.returns / 2, "{found:?}");
+        assert!(found.returns >= returns && found.held > found.returns / 3, "{found:?}");
         // A few surfels end where a ray meets them.
         assert!(found.stay > found.held * 98 / 100 && found.marked < found.held / 2, "{found:?}");
         assert!(found.unmarked <= found.held / 1_000, "{found:?}");
