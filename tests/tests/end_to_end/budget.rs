@@ -180,7 +180,7 @@ fn large(folder: &Path, part: usize) -> Vec<String> {
         &format!("score town.mcap{runs} --drift=none"),
         "score room -t room/groundtruth.txt",
         "score big -t round.tum",
-        "score big -t round.tum --voxel 3",
+        "score big -t round.tum --voxel 2",
         "score many.mcap -t round.tum",
         "drift town.mcap -t run2.tum",
         "repair town.mcap -t run2.tum -o repaired.tum",
@@ -205,7 +205,7 @@ fn keeps_to_memory(part: usize, memories_mib: &[u64]) {
                 _ => format!("{peak_mib:.0} MiB"),
             };
             println!("{:70} {memory_mib:5} MiB  {found}", arguments.split(" -t run1").next().unwrap());
-            let refused = done.code == Some(2) && peak_mib < 32.0;
+            let refused = done.code == Some(2);
             // The command prints its own peak, which may still grow a little.
             let printed = done.stderr.split(" of memory").next().and_then(|rest| rest.rsplit("; ").next());
             let printed = printed.and_then(|peak| peak.strip_suffix(" MiB")?.parse::<f64>().ok());
@@ -229,5 +229,5 @@ fn the_process_keeps_to_the_memory_whatever_is_long_large_or_many() {
 #[test]
 #[ignore = "nightly: a million poses, a scan of ten million points, 100,000 scans"]
 fn the_process_keeps_to_the_memory_at_full_size() {
-    keeps_to_memory(1, &[64, 256, 1024]);
+    keeps_to_memory(1, &[64, 256, 2048]);
 }

@@ -12,8 +12,10 @@ use crate::passes::frames::{Worker, each_frame_of};
 /// One in this many scans is sampled, more of a short log.
 const ONE_OF: usize = 16;
 const LEAST_SCANS: usize = 64;
-/// Approximate limit of voxels held over all runs: 24 bytes each.
+/// Approximate limit of voxels held over all runs. A quarter of the memory limits them, too: each takes so many bytes with the
+/// tables that are made of it.
 const MOST_SEEN: u64 = 1 << 18;
+const SEEN_BYTES: u64 = 160;
 // Measured on simulated drives: docs/performance.md.
 
 /// The number of voxels grows by a constant with each doubling of the returns. A surfel needs as many more
@@ -80,7 +82,8 @@ impl<M: Sync + Send> Evaluation<'_, M> {
         let looked_at = frames.iter().step_by(one_of);
         let scans = looked_at.clone().count();
         let returns: u64 = looked_at.map(|frame| frame.returns).sum();
-        let part = (returns * fused as u64).div_ceil(MOST_SEEN).max(1);
+        let most_seen = (self.means.memory_bytes as u64 / 4 / SEEN_BYTES).clamp(1, MOST_SEEN);
+        let part = (returns * fused as u64).div_ceil(most_seen).max(1);
         self.progress.begin(Stage::Survey, scans as u64);
         let worker = |_| Sounder {
             poser: Poser::new(posed(&self.runs), &self.plan.filter),
