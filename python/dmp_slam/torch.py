@@ -143,7 +143,7 @@ class TrajectoryLoss:
         self.map: Map | None = None
         self._scans, self._folder, self._every = list(scans), Path(folder), every
         self._settings = {"truncation": truncation, "surfel": surfel, "kind": kind}
-        self._build = {"segment": "1scans", "progress": False, **(build or {})}
+        self._build = {"segment": "1scans", "topic": "/points", "progress": False, **(build or {})}
         self._stamps = np.array([scan.stamp for scan in self._scans], np.int64)
         self._numbers, self._calls = itertools.count(), 0
         self._folder.mkdir(parents=True, exist_ok=True)
