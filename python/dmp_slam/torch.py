@@ -95,7 +95,8 @@ def residuals(
     **settings: Any,
 ) -> tuple[torch.Tensor, Residuals]:
     """``dmp_slam.residuals`` with gradients for ``pose``, ``extrinsic``, ``time_offset`` and ``scale``: N residuals, metres, 0 where
-    nothing predicts a return, and the whole answer in numpy. Other keywords are those of ``dmp_slam.residuals``.
+    nothing predicts a return, and the whole answer in numpy. Other keywords are those of ``dmp_slam.residuals``. Tensors of other types
+    and devices are converted; their gradients have their own.
     """
     scans = batch(scan)
 
@@ -106,7 +107,8 @@ def residuals(
     one = torch.eye(4, dtype=torch.float64) if extrinsic is None else extrinsic
     later = torch.zeros((), dtype=torch.float64) if time_offset is None else time_offset
     factor = torch.ones((), dtype=torch.float64) if scale is None else scale
-    found: tuple[torch.Tensor, Residuals] = _Residuals.apply(pose, one, later, factor, scans, cast)
+    given = (number.to("cpu", torch.float64) for number in (pose, one, later, factor))
+    found: tuple[torch.Tensor, Residuals] = _Residuals.apply(*given, scans, cast)
     return found
 
 

@@ -87,6 +87,19 @@ def test_descent_on_the_loss_puts_a_pose_back(corner):
     assert step.detach().norm() < 0.2 * off.norm(), step
 
 
+def test_poses_in_single_precision_get_gradients_in_single_precision(corner):
+    scans, poses, loss = corner
+    map = loss.renew(poses)
+    gradients = []
+    for kind in (torch.float32, torch.float64):
+        pose = poses[3].to(kind).requires_grad_()
+        residual, _ = learn.residuals(map, scans[3], pose, surfel="first")
+        residual.square().mean().backward()
+        assert pose.grad.dtype == kind and residual.dtype == torch.float64
+        gradients.append(pose.grad.double())
+    assert torch.allclose(*gradients, rtol=1e-3, atol=1e-5)
+
+
 def test_a_time_needs_a_twist_and_a_score_returns_that_count(corner):
     scans, poses, _ = corner
     map = corner[2].renew(poses)
