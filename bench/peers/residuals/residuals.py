@@ -57,11 +57,11 @@ def peers(map: dmp.Map, points: list[np.ndarray], poses: np.ndarray, held: dmp.R
     try:
         import small_gicp
 
-        target, source = small_gicp.PointCloud(centres), small_gicp.PointCloud(places)
-        small_gicp.estimate_normals(target, num_neighbors=10)
-        tree = small_gicp.KdTree(target)
+        surfels, returns = small_gicp.PointCloud(centres), small_gicp.PointCloud(places)
+        small_gicp.estimate_normals(surfels, num_neighbors=10)
+        tree = small_gicp.KdTree(surfels)
         asked = {"registration_type": "PLANE_ICP", "num_threads": 1, "max_iterations": 1}
-        found["small_gicp, one step"] = lambda: small_gicp.align(target, source, tree, **asked)
+        found["small_gicp, one step"] = lambda: small_gicp.align(surfels, returns, tree, **asked)
     except ImportError:
         print("no small_gicp: skipped")
     return found
