@@ -21,7 +21,7 @@ def test_it_runs(notebook, tmp_path):
     nbclient.NotebookClient(cells, timeout=600, resources={"metadata": {"path": str(tmp_path)}}).execute()
     # The last cell prints something.
     assert any(output["output_type"] != "error" for output in cells.cells[-1]["outputs"])
-    print(*(output["text"] for output in cells.cells[-1]["outputs"] if "text" in output))
+    print(*(output.get("text", "") for output in cells.cells[-1]["outputs"]), sep="")
 
 
 def test_the_notebooks_are_those_of_the_page():
