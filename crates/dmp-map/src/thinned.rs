@@ -15,7 +15,7 @@ use crate::write_map::{SummedTiles, write_map};
 const ROOM_BYTES: usize = 4 << 20;
 
 /// Writes the tiles of `map` that `is_wanted` to a store at `path`, without the surfels whose counts satisfy `is_out`; a
-/// tile that would lose more than a share `most_out` of them keeps all. The store knows what it leaves
+/// tile keeps all where more than a share `most_out` of the rays that end in it end on those. The store knows what it leaves
 /// out, see [`PlacesLeftOut`](crate::PlacesLeftOut). The copies of discs in a tile are complete if its
 /// neighbours are wanted, too. `on_tile` receives, after each batch, the number of finished tiles and their total.
 ///
@@ -63,10 +63,10 @@ impl<F: Fn(Met) -> bool + Sync> SummedTiles for Thinned<'_, F> {
     fn surfels(&self, tile: TileId) -> Result<TileSurfels, MapError> {
         let mut content = self.map.own_codes(tile)?;
         let met = self.tally.of_tile(tile, content.codes.len())?;
-        let is_out: Vec<bool> = met.into_iter().map(&self.is_out).collect();
-        let out = is_out.iter().filter(|&&out| out).count();
-        if out as f64 <= self.most_out * is_out.len() as f64 {
-            let mut is_out = is_out.into_iter();
+        let rays_on = |met: &[Met]| met.iter().map(|met| u64::from(met.on)).sum::<u64>();
+        let out: Vec<Met> = met.iter().copied().filter(|&met| (self.is_out)(met)).collect();
+        if rays_on(&out) as f64 <= self.most_out * rays_on(&met) as f64 {
+            let mut is_out = met.into_iter().map(&self.is_out);
             content.left_out = content.codes.extract_if(.., |_| is_out.next() == Some(true)).collect();
         }
         Ok(content)

@@ -18,8 +18,8 @@ use crate::passes::run_map::{MapFacts, RunMap, TrailFacts};
 /// Rays that must go through a surfel for it to be left out: these, and more than half of those that end on it.
 const MIN_THROUGH: u32 = 2;
 
-/// A tile that would lose a larger share of its surfels keeps them: a street hardly moves so much, and a wrong run may
-/// contradict itself everywhere.
+/// A tile keeps its surfels where a larger share of the rays that end in it end on what would be left out: what moves is not
+/// most of what is seen, and a wrong run may contradict itself everywhere.
 const MOST_OUT: f64 = 1.0 / 3.0;
 
 /// A run's map at this stage.
