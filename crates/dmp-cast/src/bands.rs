@@ -3,9 +3,9 @@
 use crate::query::Query;
 
 /// Largest height of a band at its largest range, in radii of a disc.
-const BAND_RADII: f32 = 3.0;
+const BAND_RADII: f32 = 6.0;
 /// Rays farther than this from their neighbour in a band start a new packet, radii of a disc at the shell.
-const GAP_RADII: f32 = 6.0;
+const GAP_RADII: f32 = 12.0;
 /// Largest height of a band, in steps between consecutive rays: sixteen rays fill a square.
 const BAND_STEPS: f32 = 4.0;
 

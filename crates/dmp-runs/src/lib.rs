@@ -21,8 +21,8 @@ pub use asked::{
     in_threads, in_voxels, in_words, pool, so_far,
 };
 pub use runs::{
-    BLOCK_RAYS, Block, Drawn, Heads, KNOWN_TIMES, MIN_BLOCK_RETURNS, PlannedFrame, PosedRun, Poser, RunPath,
-    RunPoses, Selection, apart_of, drawn_by, file_stem_of, on_log_clock, posed,
+    BLOCK_RAYS, Block, Drawn, Heads, KNOWN_TIMES, MIN_BLOCK_RETURNS, OfReturn, PlannedFrame, PosedRun, Poser,
+    RunPath, RunPoses, Selection, WorldPoint, apart_of, drawn_by, file_stem_of, on_log_clock, posed,
 };
 pub use vet::{
     Doubt, DoubtTest, Found, Mend, PointTimes, PosesAs, Profile, VetSummary, Vetted, profiles, vet,

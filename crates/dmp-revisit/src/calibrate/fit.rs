@@ -16,8 +16,10 @@ const LEVELS: [(Level, usize); 3] = [
 ];
 /// How far a step may go, in units of each axis.
 const LONGEST_STEP: f64 = 30.0;
-/// A step shorter than this, in such units, is none: 0.1 ms, 0.001°, 0.1 mm.
-const CONVERGED: f64 = 0.01;
+/// After a step shorter than this, in such units, one looks closer: 5 ms, 0.05°, 5 mm.
+const NEARER: f64 = 0.5;
+/// A step shorter than this is none: 0.2 ms, 0.002°, 0.2 mm.
+const CONVERGED: f64 = 0.02;
 /// A return's distance from its plane says little by itself: neighbours are off alike. What is known beforehand counts as
 /// this many returns.
 const RETURNS_ALIKE: f64 = 100.0;
@@ -79,25 +81,34 @@ pub(crate) fn fit(
 ) -> Option<Fitted> {
     let mut steps = start;
     let at = |steps: &Vector, level: Level| of_blocks(blocks, mount, metre_m, steps, level);
-    let levels = levels(metre_m);
-    for (level, rounds) in levels {
+    let next_step = |of_blocks: &[Equations], steps: &Vector| {
+        let all = total(of_blocks);
+        let noise_m2 = all.squares_m2 / all.weight.max(1.0);
+        if noise_m2 <= 0.0 || noise_m2.is_nan() {
+            return None;
+        }
+        let step = System::new(&all, noise_m2, free).solve(&all.gradient, steps)?;
+        Some(step.map(|s| s.clamp(-LONGEST_STEP, LONGEST_STEP)))
+    };
+    let [coarse @ .., (level, rounds)] = levels(metre_m);
+    for (level, rounds) in coarse {
         for _ in 0..rounds {
-            let of_blocks = at(&steps, level);
-            let all = total(&of_blocks);
-            let noise_m2 = all.squares_m2 / all.weight.max(1.0);
-            if noise_m2 <= 0.0 || noise_m2.is_nan() {
-                return None;
-            }
-            let system = System::new(&all, noise_m2, free);
-            let step = system.solve(&all.gradient, &steps)?;
-            steps -= step.map(|s| s.clamp(-LONGEST_STEP, LONGEST_STEP));
-            if step.amax() < CONVERGED {
+            let step = next_step(&at(&steps, level), &steps)?;
+            steps -= step;
+            if step.amax() < NEARER {
                 break;
             }
         }
     }
-    let (level, _) = levels[levels.len() - 1];
-    let of_blocks = at(&steps, level);
+    let mut of_blocks = at(&steps, level);
+    for _ in 0..rounds {
+        let step = next_step(&of_blocks, &steps)?;
+        if step.amax() < CONVERGED {
+            break;
+        }
+        steps -= step;
+        of_blocks = at(&steps, level);
+    }
     let all = total(&of_blocks);
     let noise_m2 = all.squares_m2 / all.weight.max(1.0);
     let system = System::new(&all, noise_m2, free);

@@ -25,6 +25,6 @@ pub use heads::Heads;
 pub use known_poses::KNOWN_TIMES;
 pub use path::RunPath;
 pub use posed_run::{PosedRun, posed};
-pub use poser::{BLOCK_RAYS, Block, Drawn, MIN_BLOCK_RETURNS, Poser, drawn_by};
+pub use poser::{BLOCK_RAYS, Block, Drawn, MIN_BLOCK_RETURNS, OfReturn, Poser, WorldPoint, drawn_by};
 pub use run_poses::RunPoses;
 pub use select::Selection;

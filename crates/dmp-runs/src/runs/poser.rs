@@ -17,20 +17,44 @@ pub const BLOCK_RAYS: usize = 28 << 10;
 /// Least returns of a block, for any number of runs.
 pub const MIN_BLOCK_RETURNS: usize = 1 << 10;
 
+/// What a return is made into in a run.
+pub trait OfReturn: Sized {
+    /// Appends what these points in the sensor frame, metres, are at one pose.
+    fn append(all: &mut Vec<Self>, world_from_sensor: &Isometry3<f64>, points_in_sensor_m: &[[f32; 3]]);
+}
+
+impl OfReturn for Ray {
+    fn append(all: &mut Vec<Self>, world_from_sensor: &Isometry3<f64>, points_in_sensor_m: &[[f32; 3]]) {
+        all.extend(points_in_sensor_m.iter().map(|&point| Self::of_return(world_from_sensor, point)));
+    }
+}
+
+/// Where a return lies in the world, metres.
+pub type WorldPoint = [f64; 3];
+
+impl OfReturn for WorldPoint {
+    fn append(all: &mut Vec<Self>, world_from_sensor: &Isometry3<f64>, points_in_sensor_m: &[[f32; 3]]) {
+        let (rotation, origin) =
+            (world_from_sensor.rotation.to_rotation_matrix(), world_from_sensor.translation.vector);
+        let placed = |point: &[f32; 3]| Self::from(rotation * Vector3::from(point.map(f64::from)) + origin);
+        all.extend(points_in_sensor_m.iter().map(placed));
+    }
+}
+
 /// Some used returns of a scan, the same for every run.
 #[derive(Debug, Clone, Copy)]
-pub struct Block<'a> {
-    runs: &'a [RunCursor<'a>],
+pub struct Block<'a, R = Ray> {
+    runs: &'a [RunCursor<'a, R>],
     /// Time of each after the scan's stamp, nanoseconds.
     pub offsets_ns: &'a [i64],
     /// In the sensor frame, metres.
     pub points_in_sensor_m: &'a [[f32; 3]],
 }
 
-impl Block<'_> {
-    /// The rays of the returns in one run, as many as [`Self::is_posed`] says are any; none where it has no pose for the
+impl<R> Block<'_, R> {
+    /// The rays, or points, of the returns in one run, as many as [`Self::is_posed`] says are any; none where it has no pose for the
     /// scan.
-    pub fn rays(&self, run: usize) -> &[Ray] {
+    pub fn rays(&self, run: usize) -> &[R] {
         &self.runs[run].rays
     }
 
@@ -39,8 +63,8 @@ impl Block<'_> {
         &self.runs[run].is_posed
     }
 
-    /// The rays for which the run has a pose, with the numbers of the returns.
-    pub fn posed(&self, run: usize) -> impl Iterator<Item = (usize, &Ray)> {
+    /// Those for which the run has a pose, with the numbers of the returns.
+    pub fn posed(&self, run: usize) -> impl Iterator<Item = (usize, &R)> {
         let rays = self.rays(run).iter().enumerate();
         rays.zip(self.is_posed(run)).filter_map(|(ray, &is_posed)| is_posed.then_some(ray))
     }
@@ -65,13 +89,13 @@ pub enum Drawn<'a> {
     },
 }
 
-/// Converts scans into rays, one for every run and every used return.
+/// Converts scans into rays, or points in the world: one for every run and every used return.
 #[derive(Debug)]
-pub struct Poser<'a> {
+pub struct Poser<'a, R = Ray> {
     filter: &'a ReturnFilter,
     one_in: u64,
     draw: ReturnDraw,
-    runs: Vec<RunCursor<'a>>,
+    runs: Vec<RunCursor<'a, R>>,
     known: KnownPoses,
     offsets_ns: Vec<i64>,
     points_in_sensor_m: Vec<[f32; 3]>,
@@ -79,7 +103,7 @@ pub struct Poser<'a> {
 
 /// The state of one run.
 #[derive(Debug)]
-struct RunCursor<'a> {
+struct RunCursor<'a, R> {
     poses: &'a RunPoses,
     path: &'a RunPath,
     cursor: TrackCursor<'a>,
@@ -87,11 +111,11 @@ struct RunCursor<'a> {
     of_scan: Option<ScanPose>,
     world_from_sensor: Option<Isometry3<f64>>,
     /// For the current block.
-    rays: Vec<Ray>,
+    rays: Vec<R>,
     is_posed: Vec<bool>,
 }
 
-impl<'a> Poser<'a> {
+impl<'a, R: OfReturn> Poser<'a, R> {
     /// For some runs; `filter` says which returns are used.
     pub fn new(
         runs: impl IntoIterator<Item = (&'a RunPoses, &'a RunPath)>,
@@ -139,7 +163,7 @@ impl<'a> Poser<'a> {
         &mut self,
         frame: (usize, &PlannedFrame),
         scan: &Scan,
-        each: impl FnMut(Block<'_>) -> Result<(), E>,
+        each: impl FnMut(Block<'_, R>) -> Result<(), E>,
     ) -> Result<ReturnCounts, E> {
         self.blocks_of(frame, Drawn::Of(scan), each)
     }
@@ -152,7 +176,7 @@ impl<'a> Poser<'a> {
         &mut self,
         (ordinal, frame): (usize, &PlannedFrame),
         drawn: Drawn<'_>,
-        each: impl FnMut(Block<'_>) -> Result<(), E>,
+        each: impl FnMut(Block<'_, R>) -> Result<(), E>,
     ) -> Result<ReturnCounts, E> {
         let (scan, of, draw) = match drawn {
             Drawn::Of(scan) => (scan, scan.len() as u64, self.draw),
@@ -174,7 +198,7 @@ impl<'a> Poser<'a> {
         places: impl Iterator<Item = usize>,
         scan: &Scan,
         counts: &mut ReturnCounts,
-        mut each: impl FnMut(Block<'_>) -> Result<(), E>,
+        mut each: impl FnMut(Block<'_, R>) -> Result<(), E>,
     ) -> Result<u64, E> {
         let block_returns = (BLOCK_RAYS / self.runs.len().max(1)).max(MIN_BLOCK_RETURNS);
         self.clear();
@@ -274,7 +298,7 @@ impl<'a> Poser<'a> {
             let points = &self.points_in_sensor_m[run.rays.len()..];
             // A return without a pose has a ray all the same, which nobody takes.
             let pose = run.world_from_sensor.unwrap_or_default();
-            run.rays.extend(points.iter().map(|&point| Ray::of_return(&pose, point)));
+            R::append(&mut run.rays, &pose, points);
             run.is_posed.resize(run.rays.len(), run.world_from_sensor.is_some());
         }
     }
@@ -288,7 +312,7 @@ impl<'a> Poser<'a> {
         self.points_in_sensor_m.clear();
     }
 
-    fn block(&self) -> Block<'_> {
+    fn block(&self) -> Block<'_, R> {
         let Self { runs, offsets_ns, points_in_sensor_m, .. } = self;
         Block { runs, offsets_ns, points_in_sensor_m }
     }
@@ -304,7 +328,7 @@ pub fn drawn_by(point: [f32; 3]) -> u64 {
     point.iter().fold(0, mix) >> 20
 }
 
-impl RunCursor<'_> {
+impl<R> RunCursor<'_, R> {
     /// The pose of the returns at this time after the scan's stamp.
     fn pose_at(&mut self, offset_ns: i64) -> Option<Isometry3<f64>> {
         match self.of_scan? {

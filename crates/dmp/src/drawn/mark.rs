@@ -1,22 +1,25 @@
 //! A mark of each scan by which its copies are found.
 
+use dmp_reduce::mixed;
 use dmp_sensor::Scan;
 
 /// With fewer returns two scans may be equal by chance.
 const ENOUGH: usize = 16;
 
+/// Any odd number whose bits look random.
+const ODD: u64 = 0x9e37_79b9_7f4a_7c15;
+
 /// A hash of the scan's returns, equal for scans with equal returns; `None` with too few returns.
 pub(super) fn mark_of(scan: &Scan) -> Option<u64> {
-    let mut mark = 0_u64;
-    let mut mix = |word: u64| mark = (mark.rotate_left(5) ^ word).wrapping_mul(0x517c_c1b7_2722_0a95);
-    let mut returns = 0;
-    for point in &scan.points_in_sensor_m {
+    let is_return = |point: &&[f32; 3]| point.iter().all(|c| c.is_finite()) && **point != [0.0; 3];
+    let returns = scan.points_in_sensor_m.iter().filter(is_return).take(ENOUGH).count();
+    // Every return's part depends on its place alone: the sum is computed without waiting for the one before.
+    let part = |(place, point): (usize, &[f32; 3])| {
         let [x, y, z] = point.map(|c| u64::from(c.to_bits()));
-        mix(x << 32 | y);
-        mix(z);
-        returns += usize::from(point.iter().all(|c| c.is_finite()) && *point != [0.0; 3]);
-    }
-    (returns >= ENOUGH).then_some(mark)
+        mixed((x << 32 | y).wrapping_add((z << 32 ^ place as u64).wrapping_mul(ODD)))
+    };
+    let mark = || scan.points_in_sensor_m.iter().enumerate().map(part).fold(0, u64::wrapping_add);
+    (returns == ENOUGH).then(mark)
 }
 
 #[cfg(test)]

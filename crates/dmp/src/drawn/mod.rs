@@ -4,6 +4,7 @@ mod choice;
 mod mark;
 mod shape;
 
+use std::cell::LazyCell;
 use std::sync::{Arc, OnceLock};
 
 use dmp_disk::{ScratchFile, TileId};
@@ -35,6 +36,7 @@ pub(crate) const DRAWN_BYTES: f64 = 16.0 + 4.0 / 64.0;
 /// The returns that later passes need, each where this process fused the maps; else they are read from the log.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct KeptReturns {
+    pub(crate) has_checksums: bool,
     pub(crate) to_follow: Option<Arc<DrawnScans>>,
     /// Where a share of the returns is cast.
     pub(crate) to_cast: Option<Arc<DrawnScans>>,
@@ -44,7 +46,6 @@ pub(crate) struct KeptReturns {
 #[derive(Debug)]
 pub(crate) struct DrawnScans {
     choice: Choice,
-    has_checksums: bool,
     file: ScratchFile<DrawnReturn>,
     facts: Vec<OnceLock<ScanFacts>>,
 }
@@ -60,6 +61,12 @@ impl KeptReturns {
     pub(crate) fn all(&self) -> impl Iterator<Item = &DrawnScans> {
         [&self.to_follow, &self.to_cast].into_iter().flatten().map(Arc::as_ref)
     }
+
+    /// Keeps what is needed of a scan.
+    pub(crate) fn keep(&self, frame: (usize, &PlannedFrame), scan: &Scan) -> Result<(), EvaluateError> {
+        let facts = LazyCell::new(|| ScanFacts::of(scan, self.has_checksums));
+        self.all().try_for_each(|drawn| drawn.keep(frame, scan, || *facts))
+    }
 }
 
 impl DrawnScans {
@@ -67,18 +74,18 @@ impl DrawnScans {
     pub(crate) fn new(
         choice: Choice,
         scans: usize,
-        has_checksums: bool,
         folder: &std::path::Path,
     ) -> Result<Self, EvaluateError> {
         let facts = std::iter::repeat_with(OnceLock::new).take(scans).collect();
-        Ok(Self { choice, has_checksums, file: ScratchFile::new(folder)?, facts })
+        Ok(Self { choice, file: ScratchFile::new(folder)?, facts })
     }
 
     /// Keeps the chosen returns of a scan. A scan that lasts for more than two seconds is not kept: it is read again.
-    pub(crate) fn keep(
+    fn keep(
         &self,
         (ordinal, frame): (usize, &PlannedFrame),
         scan: &Scan,
+        facts_of_scan: impl FnOnce() -> ScanFacts,
     ) -> Result<(), EvaluateError> {
         let Some(places) = self.choice.of_scan((ordinal, frame), scan) else { return Ok(()) };
         let returned = |place: usize| {
@@ -90,7 +97,7 @@ impl DrawnScans {
         if let (Some(drawn), Some(facts)) = (drawn, self.facts.get(ordinal)) {
             self.file.append(key(ordinal), drawn)?;
             // A scan is fused once.
-            let _ = facts.set(ScanFacts::of(scan, self.has_checksums));
+            let _ = facts.set(facts_of_scan());
         }
         Ok(())
     }
@@ -131,7 +138,7 @@ mod tests {
     #[test]
     fn the_drawn_returns_of_a_scan_are_read_as_they_were_and_long_scans_are_not_kept() {
         let draw = CastReturns::OneIn(8).draw(0, 5);
-        let drawn = DrawnScans::new(Choice::ToCast(draw), 40, false, &std::env::temp_dir()).unwrap();
+        let drawn = DrawnScans::new(Choice::ToCast(draw), 40, &std::env::temp_dir()).unwrap();
         let frame =
             |ordinal: usize| PlannedFrame { frame: ordinal, number: 3 * ordinal, stamp_ns: None, returns: 0 };
         let scan = |ordinal: usize| Scan {
@@ -143,10 +150,12 @@ mod tests {
             let whole = scan(ordinal);
             Scan { time_offsets_ns: whole.time_offsets_ns.iter().map(|ns| ns / 1000).collect(), ..whole }
         };
+        let kept = KeptReturns { to_cast: Some(Arc::new(drawn)), ..KeptReturns::default() };
         for ordinal in (0..40).rev().filter(|ordinal| ordinal % 7 != 0) {
-            drawn.keep((ordinal, &frame(ordinal)), &short(ordinal)).unwrap();
+            kept.keep((ordinal, &frame(ordinal)), &short(ordinal)).unwrap();
         }
-        drawn.keep((7, &frame(7)), &scan(7)).unwrap();
+        kept.keep((7, &frame(7)), &scan(7)).unwrap();
+        let drawn = kept.to_cast.unwrap();
         let mut read = Scan::default();
         for ordinal in 0..40 {
             let facts = drawn.read(ordinal, &mut read).unwrap();

@@ -122,7 +122,7 @@ struct Looked {
     /// One return of each cell near the sensor.
     near: Vec<[f32; 3]>,
     /// The cells further away, ascending.
-    far: Vec<[i32; 3]>,
+    far: Vec<u64>,
 }
 
 /// The vehicle, by scans that differ: while a sensor stands, the world looks like its own body.
@@ -139,7 +139,7 @@ fn vehicle(looked: &[Looked]) -> EgoMask {
 }
 
 /// How much of the smaller of two sorted lists is in the other.
-fn in_common(a: &[[i32; 3]], b: &[[i32; 3]]) -> f64 {
+fn in_common(a: &[u64], b: &[u64]) -> f64 {
     let (few, many) = if a.len() < b.len() { (a, b) } else { (b, a) };
     let common = few.iter().filter(|cell| many.binary_search(cell).is_ok()).count();
     common as f64 / few.len().max(1) as f64
@@ -157,13 +157,13 @@ impl Worker for Look<'_> {
         let points = scan.points_in_sensor_m.iter().copied();
         let used: Vec<[f32; 3]> = points.filter(|&point| self.filter.check(point).is_ok()).collect();
         let filled = |&voxel_m: &f64| {
-            let mut cells: Vec<[i32; 3]> = used.iter().map(|&point| cell_of(point, voxel_m as f32)).collect();
+            let mut cells: Vec<u64> = used.iter().map(|&point| cell_of(point, voxel_m as f32)).collect();
             cells.sort_unstable();
             let filled = cells.chunk_by(|a, b| a == b).filter(|voxel| voxel.len() >= FILLED);
             filled.map(|voxel| voxel.len() as u64).sum()
         };
         let range_m = |point: &[f32; 3]| point.iter().map(|c| c * c).sum::<f32>().sqrt();
-        let mut near: Vec<([i32; 3], [f32; 3])> = used
+        let mut near: Vec<(u64, [f32; 3])> = used
             .iter()
             .filter(|&point| range_m(point) <= NEAR_M)
             .map(|&point| (cell_of(point, NEAR_CELL_M), point))
@@ -171,7 +171,7 @@ impl Worker for Look<'_> {
         near.sort_by_key(|(cell, _)| *cell);
         near.dedup_by_key(|(cell, _)| *cell);
         let is_far = |point: &&[f32; 3]| (NEAR_M..FAR_M).contains(&range_m(point));
-        let mut far: Vec<[i32; 3]> =
+        let mut far: Vec<u64> =
             used.iter().filter(is_far).map(|&point| cell_of(point, FAR_CELL_M)).collect();
         far.sort_unstable();
         far.dedup();
@@ -189,6 +189,8 @@ impl Worker for Look<'_> {
     }
 }
 
-fn cell_of(point: [f32; 3], edge_m: f32) -> [i32; 3] {
-    point.map(|c| (c / edge_m).floor() as i32)
+/// The number of a cell: 21 bits of each coordinate, more than any range has cells.
+fn cell_of(point: [f32; 3], edge_m: f32) -> u64 {
+    let coordinate = |c: f32| (c / edge_m).floor() as i32 as u32;
+    point.iter().fold(0, |number, &c| number << 21 | u64::from(coordinate(c) % (1 << 21)))
 }

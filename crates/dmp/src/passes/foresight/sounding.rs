@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashMap, HashSet};
 
 use dmp_map::{BRICK_EDGE, Lattice, TileId, fused_bytes};
-use dmp_runs::{EvaluateError, MapSource, PlannedFrame, PosedRun, Poser, Progress, Stage, posed};
+use dmp_runs::{EvaluateError, MapSource, PlannedFrame, PosedRun, Poser, Progress, Stage, WorldPoint, posed};
 use dmp_sensor::Scan;
 
 use crate::passes::evaluation::Evaluation;
@@ -114,7 +114,7 @@ impl<M: Sync + Send> Evaluation<'_, M> {
 
 /// Samples the scans of a thread.
 struct Sounder<'e> {
-    poser: Poser<'e>,
+    poser: Poser<'e, WorldPoint>,
     /// The numbers of the sampled runs.
     numbers: Vec<usize>,
     per_m: f64,
@@ -130,7 +130,7 @@ impl Worker for Sounder<'_> {
         let first: Vec<usize> = seen.iter().map(Vec::len).collect();
         poser.blocks((ordinal, frame), scan, |block| {
             for (&number, seen) in numbers.iter().zip(&mut *seen) {
-                for end in block.posed(number).map(|(_, ray)| ray.endpoint_in_world()) {
+                for (_, end) in block.posed(number) {
                     let voxel = end.map(|c| (c * *per_m).floor() as i32);
                     if hash(brick_of(voxel)).is_multiple_of(*part) {
                         seen.push(Seen { scan: (ordinal / *one_of) as u32, voxel, returns: 1 });

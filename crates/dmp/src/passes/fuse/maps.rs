@@ -85,9 +85,9 @@ impl<M> Evaluation<'_, M> {
 
     fn kept_returns(&self) -> Result<KeptReturns, EvaluateError> {
         let (scans, has_checksums) = (self.plan.frames().len(), self.log.summary().has_checksums);
-        let kept = |choice| DrawnScans::new(choice, scans, has_checksums, self.work.path()).map(Arc::new);
+        let kept = |choice| DrawnScans::new(choice, scans, self.work.path()).map(Arc::new);
         let [to_follow, to_cast] = self.to_keep().map(|choice| choice.map(kept).transpose());
-        Ok(KeptReturns { to_follow: to_follow?, to_cast: to_cast? })
+        Ok(KeptReturns { has_checksums, to_follow: to_follow?, to_cast: to_cast? })
     }
 
     pub(crate) fn lattice(&self) -> Result<Lattice, EvaluateError> {

@@ -2,7 +2,7 @@
 
 use dmp_map::{FuseBuffers, MapFuser, ScanSample};
 use dmp_reduce::FrameSet;
-use dmp_runs::{EvaluateError, PlannedFrame, PosedRun, Poser, Stage, posed};
+use dmp_runs::{EvaluateError, PlannedFrame, PosedRun, Poser, Stage, WorldPoint, posed};
 use dmp_sensor::{ReturnCounts, Scan};
 
 use super::checkpoint::Fusing;
@@ -76,10 +76,10 @@ impl<G: Sync> FusePass<'_, G> {
 
 /// Work of a thread on a scan: adds its returns to the map of every run that has a pose for them.
 struct FuseWorker<'p, G> {
-    poser: Poser<'p>,
+    poser: Poser<'p, WorldPoint>,
     evaluation: &'p Evaluation<'p, Making<G>>,
     buffers: FuseBuffers,
-    points: Vec<[f64; 3]>,
+    points: Vec<WorldPoint>,
     /// Of the scan at work, by run.
     samples: Vec<ScanSample>,
     counts: ReturnCounts,
@@ -107,9 +107,14 @@ impl<G: Sync> Worker for FuseWorker<'_, G> {
         let counts = poser.blocks((ordinal, frame), scan, |block| {
             for (number, (of_run, scan)) in segments().zip(&mut *samples).enumerate() {
                 let Some((fuser, segment)) = of_run else { continue };
-                points.clear();
-                points.extend(block.posed(number).map(|(_, ray)| ray.endpoint_in_world()));
-                let added = fuser.add_block(points, Some(segment), buffers, scan);
+                let posed = if block.is_posed(number).contains(&false) {
+                    points.clear();
+                    points.extend(block.posed(number).map(|(_, point)| point));
+                    points.as_slice()
+                } else {
+                    block.rays(number)
+                };
+                let added = fuser.add_block(posed, Some(segment), buffers, scan);
                 added.map_err(EvaluateError::map_of(evaluation.runs[number].name()))?;
             }
             Ok::<(), EvaluateError>(())
@@ -119,7 +124,7 @@ impl<G: Sync> Worker for FuseWorker<'_, G> {
                 fuser.end_scan(Some(segment), scan);
             }
         }
-        evaluation.kept.all().try_for_each(|drawn| drawn.keep((ordinal, frame), scan))?;
+        evaluation.kept.keep((ordinal, frame), scan)?;
         self.counts.merge(&counts);
         self.evaluation.progress.advance(counts.total());
         Ok(())
