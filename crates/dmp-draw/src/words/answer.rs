@@ -219,7 +219,8 @@ fn revisits(report: &Report, shown: &dyn Fn(&str) -> String) -> Option<Revisits>
         (None, None, None) => {
             let run = leaders.first().and_then(|first| run_of(drift, first)).filter(|_| is_best)?;
             run.median_m.value?;
-            Some(Revisits::OfFirst(format!("{}.", off(run, "revisit error "))))
+            let subject = if run.pairs_lost > 0 { "it " } else { "" };
+            Some(Revisits::OfFirst(format!("{subject}{}.", off(run, "revisit error "))))
         }
     }
 }
@@ -293,7 +294,7 @@ mod tests {
         let lost = alone.runs.iter().position(|run| run.name == "truth").unwrap();
         report.drift = Some(alone);
         report.drift.as_mut().unwrap().runs[lost].pairs_lost = 3;
-        assert!(said(&report).contains("; is lost at 3 of "), "{}", said(&report));
+        assert!(said(&report).contains("; it is lost at 3 of "), "{}", said(&report));
         report.drift = drift_before;
         of(report.drift.as_mut().unwrap(), "truth", "noise", "noise");
         let against = " But noise has a revisit error of 2.6 cm, truth one of 0.4 cm.";

@@ -19,6 +19,9 @@ pub struct BesideColumn {
     pub cells: Vec<String>,
 }
 
+/// Begins the cell of a run that is off by more than was searched.
+const LOST: &str = "lost";
+
 /// The columns that there are numbers for.
 pub fn beside(report: &Report) -> Vec<BesideColumn> {
     let mut columns = Vec::new();
@@ -37,10 +40,12 @@ pub fn beside(report: &Report) -> Vec<BesideColumn> {
         let cells: Vec<String> =
             report.order.iter().map(|name| of(name).map_or(NONE.to_owned(), back)).collect();
         if cells.iter().any(|cell| cell != NONE) {
-            let meaning = if cells.iter().any(|cell| cell == NONE) {
-                "how far it is off where it comes back (median; –: nowhere)"
-            } else {
-                "how far it is off where it comes back to a place (median)"
+            let has = |what: fn(&str) -> bool| cells.iter().any(|cell| what(cell));
+            let meaning = match (has(|cell| cell == NONE), has(|cell| cell.starts_with(LOST))) {
+                (false, false) => "how far it is off where it comes back to a place (median)",
+                (true, false) => "how far it is off where it comes back (median; –: nowhere)",
+                (false, true) => "how far it is off where it comes back (lost: beyond the search)",
+                (true, true) => "how far it is off there (–: comes back nowhere; lost: too far)",
             };
             columns.push(BesideColumn { name: "revisit error", unit: "", meaning, cells });
         }
@@ -64,7 +69,7 @@ fn thick(report: &Report) -> Option<BesideColumn> {
 
 fn back(run: &RunDrift) -> String {
     match run.median_m.value {
-        _ if run.pairs_lost > 0 => format!("lost {} of {}", run.pairs_lost, run.pairs_measured),
+        _ if run.pairs_lost > 0 => format!("{LOST} {} of {}", run.pairs_lost, run.pairs_measured),
         Some(median_m) => short_length(median_m),
         None => NONE.to_owned(),
     }

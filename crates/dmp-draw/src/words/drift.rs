@@ -31,7 +31,7 @@ pub const DRIFT_HEADS: [&str; 10] = [
 ];
 
 /// A length: below a metre in centimetres.
-pub fn metres(length_m: f64) -> String {
+pub(crate) fn metres(length_m: f64) -> String {
     if length_m.abs() < 1.0 {
         format!("{} cm", digits(100.0 * length_m))
     } else {
@@ -39,8 +39,23 @@ pub fn metres(length_m: f64) -> String {
     }
 }
 
+/// By how much something is worse, and between which bounds: `0.69 mm better`, `4.75 mm better to 3.21 mm worse`.
+pub fn worse_by(m: f64) -> String {
+    format!("{} {}", metres(m.abs()), if m < 0.0 { "better" } else { "worse" })
+}
+
+/// As [`worse_by`], of an interval.
+pub fn worse_between([low_m, high_m]: [f64; 2]) -> String {
+    if low_m < 0.0 && high_m > 0.0 {
+        format!("{} to {}", worse_by(low_m), worse_by(high_m))
+    } else {
+        let (near_m, far_m) = (low_m.abs().min(high_m.abs()), low_m.abs().max(high_m.abs()));
+        format!("{} {}", metres_between([near_m, far_m]), if high_m <= 0.0 { "better" } else { "worse" })
+    }
+}
+
 /// Two lengths with one unit, that of the larger: `0.93 to 1.75 m`.
-pub fn metres_between([low_m, high_m]: [f64; 2]) -> String {
+pub(crate) fn metres_between([low_m, high_m]: [f64; 2]) -> String {
     if low_m.abs().max(high_m.abs()) < 1.0 {
         format!("{} to {} cm", digits(100.0 * low_m), digits(100.0 * high_m))
     } else {

@@ -71,11 +71,7 @@ impl KeptReturns {
 
 impl DrawnScans {
     /// None so far of so many planned scans; the file is made in `folder`.
-    pub(crate) fn new(
-        choice: Choice,
-        scans: usize,
-        folder: &std::path::Path,
-    ) -> Result<Self, EvaluateError> {
+    pub(crate) fn new(choice: Choice, scans: usize, folder: &std::path::Path) -> Result<Self, EvaluateError> {
         let facts = std::iter::repeat_with(OnceLock::new).take(scans).collect();
         Ok(Self { choice, file: ScratchFile::new(folder)?, facts })
     }

@@ -171,8 +171,7 @@ impl Worker for Look<'_> {
         near.sort_by_key(|(cell, _)| *cell);
         near.dedup_by_key(|(cell, _)| *cell);
         let is_far = |point: &&[f32; 3]| (NEAR_M..FAR_M).contains(&range_m(point));
-        let mut far: Vec<u64> =
-            used.iter().filter(is_far).map(|&point| cell_of(point, FAR_CELL_M)).collect();
+        let mut far: Vec<u64> = used.iter().filter(is_far).map(|&point| cell_of(point, FAR_CELL_M)).collect();
         far.sort_unstable();
         far.dedup();
         let looked = Looked {

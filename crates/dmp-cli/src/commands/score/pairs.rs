@@ -4,7 +4,7 @@ use std::io::{self, Write};
 
 use dmp::{Reach, Report, ScaleReport, Scales, Verdict};
 use dmp_draw::text::{self, NONE, Side, Table, count, digits};
-use dmp_draw::{OrderedPair, every_pair, metres, metres_between};
+use dmp_draw::{OrderedPair, every_pair, worse_between, worse_by};
 
 use super::sampling;
 use crate::console::Terminal;
@@ -56,11 +56,11 @@ fn by_how_much(report: &Report, shown: &OrderedPair<'_>) -> String {
     };
     let sure = text::confidence(report.promise.interval_confidence);
     format!(
-        " (at {} m {} is {} worse; {sure} sure: {})",
+        " (at {} m {} is {}; {sure} sure: {})",
         scale.scale_m,
         shown.second,
-        metres(by_m),
-        metres_between(interval_m)
+        worse_by(by_m),
+        worse_between(interval_m)
     )
 }
 

@@ -189,7 +189,7 @@ coverage  share of returns on what other scans saw, too (more is better)
 revisit   share of returns on surfaces that another visit saw
 
 truth against größe: undecided: the residuals differ by no more than may be
-chance (at 0.2 m größe is 1.69 cm worse; 99.75 % sure: 1.36 to 2.03 cm)
+chance (at 0.2 m größe is 1.69 cm worse; 99.75 % sure: 1.36 to 2.03 cm worse)
 1 more pair, 5 more columns: -v or --json
 
 warning: 3 of 600 scans have no pose in `drift`
