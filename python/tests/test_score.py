@@ -37,7 +37,8 @@ def test_scores_are_those_of_the_command(town, runs, result):
 def test_a_result_has_order_verdicts_and_gates(result):
     assert result.order[0] == result.best == "truth"
     assert result.verdict("drift", "truth") == "truth"
-    assert repr(result).startswith("truth is best: better than ") and "\n1  truth " in repr(result)
+    said = repr(result)
+    assert said.startswith("truth (revisit error 0.4 cm) is best: better than ") and "\n1  truth " in said
     assert result.gates_passed and not result.is_damaged
 
 

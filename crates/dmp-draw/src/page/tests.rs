@@ -109,7 +109,7 @@ fn every_part_is_there() {
     let pictures = pictures(&report, &bases, &[0.05, 0.4, 0.2, 1.5]);
     let text = page_of(&report, Some(&pictures), &["Gate failed: <x>".to_owned()]);
     for part in [
-        "<strong>truth</strong> is best: better than <strong>noise</strong>, <strong>",
+        "<strong>truth</strong> (revisit error 0.4 cm) is best: better than <strong>noise</strong>, <strong>",
         "is better than <strong>",
         "Gate failed: &lt;x&gt;",
         "aria-label=\"Map of truth from above, coloured by residual\"",

@@ -30,7 +30,10 @@ pub fn answer(report: &Report, shown: impl Fn(&str) -> String) -> String {
     let shown = |name: &str| shown(name);
     let decided = decided(report, &shown);
     let said = match revisits(report, &shown) {
-        Some(Revisits::OfFirst(clause)) => format!("{}; {clause}", decided.trim_end_matches('.')),
+        Some(Revisits::OfFirst(first, clause)) => match decided.strip_prefix(&first) {
+            Some(rest) => format!("{first} ({clause}){rest}"),
+            None => decided,
+        },
         Some(Revisits::Sentence(sentence)) => format!("{decided} {sentence}"),
         None => decided,
     };
@@ -156,7 +159,9 @@ fn apart(report: &Report, names: &[&str]) -> String {
         let limit = short_length(if is_between { 2.0 * limit_m } else { limit_m });
         match short_length(worst_m).as_str() {
             "0 cm" => ": nowhere apart".to_owned(),
-            worst => format!(": nowhere more than {worst} apart, where {limit} count as the same"),
+            worst => {
+                format!(": nowhere more than {worst} apart, where {limit} count as the same (--same-within)")
+            }
         }
     })
 }
@@ -173,8 +178,8 @@ fn differing(report: &Report, names: &[&str]) -> String {
 
 /// How near runs come back.
 enum Revisits {
-    /// Of the run that the sentence before is about.
-    OfFirst(String),
+    /// Of the run that the sentence before begins with, and its name.
+    OfFirst(String, String),
     Sentence(String),
 }
 
@@ -209,18 +214,16 @@ fn revisits(report: &Report, shown: &dyn Fn(&str) -> String) -> Option<Revisits>
     match (against, among, for_it) {
         (Some(against), ..) => Some(Revisits::Sentence(format!("But {}.", said(against)))),
         (None, Some(among), _) => Some(Revisits::Sentence(format!("{}.", said(among)))),
-        (None, None, Some((_, median_m, worse))) if is_best => Some(Revisits::OfFirst(format!(
-            "revisit error {}, {} {}.",
-            short_length(*median_m),
-            shown(&worse.name),
-            off(worse, "")
-        ))),
+        (None, None, Some((better, median_m, worse))) if is_best => Some(Revisits::OfFirst(
+            shown(better),
+            format!("revisit error {}, {} {}", short_length(*median_m), shown(&worse.name), off(worse, "")),
+        )),
         (None, None, Some(for_it)) => Some(Revisits::Sentence(format!("{}.", said(for_it)))),
         (None, None, None) => {
             let run = leaders.first().and_then(|first| run_of(drift, first)).filter(|_| is_best)?;
             run.median_m.value?;
-            let subject = if run.pairs_lost > 0 { "it " } else { "" };
-            Some(Revisits::OfFirst(format!("{subject}{}.", off(run, "revisit error "))))
+            let error = off(run, "revisit error ").trim_start_matches("is ").to_owned();
+            Some(Revisits::OfFirst(shown(&run.name), error))
         }
     }
 }
@@ -274,7 +277,7 @@ mod tests {
         let mut report = sample();
         assert_eq!(
             said(&report),
-            "truth is best: better than noise, collapsed and drift; revisit error 0.4 cm."
+            "truth (revisit error 0.4 cm) is best: better than noise, collapsed and drift."
         );
         let drift = report.drift.as_mut().unwrap();
         let of = |drift: &mut DriftReport, a: &str, b: &str, better: &str| {
@@ -282,19 +285,15 @@ mod tests {
             pair.better = Some(better.to_owned());
         };
         of(drift, "truth", "drift", "truth");
-        assert!(said(&report).ends_with("; revisit error 0.4 cm, drift 1.0 m."), "{}", said(&report));
+        assert!(said(&report).contains(" (revisit error 0.4 cm, drift 1.0 m) "), "{}", said(&report));
         report.drift.as_mut().unwrap().runs[1].pairs_lost = 2;
-        assert!(
-            said(&report).contains("; revisit error 0.4 cm, drift is lost at 2 of "),
-            "{}",
-            said(&report)
-        );
+        assert!(said(&report).contains("(revisit error 0.4 cm, drift is lost at 2 of "), "{}", said(&report));
         let drift_before = report.drift.clone();
         let alone = DriftReport { comparisons: Vec::new(), ..report.drift.clone().unwrap() };
         let lost = alone.runs.iter().position(|run| run.name == "truth").unwrap();
         report.drift = Some(alone);
         report.drift.as_mut().unwrap().runs[lost].pairs_lost = 3;
-        assert!(said(&report).contains("; it is lost at 3 of "), "{}", said(&report));
+        assert!(said(&report).contains("truth (lost at 3 of "), "{}", said(&report));
         report.drift = drift_before;
         of(report.drift.as_mut().unwrap(), "truth", "noise", "noise");
         let against = " But noise has a revisit error of 2.6 cm, truth one of 0.4 cm.";
@@ -311,8 +310,7 @@ mod tests {
         }
         report.ties = vec![["truth".to_owned(), "noise".to_owned()]];
         report.list_equals_by_name();
-        let start =
-            "noise and truth are the same: nowhere more than 16 cm apart, where 4.0 cm count as the same.";
+        let start = "noise and truth are the same: nowhere more than 16 cm apart, where 4.0 cm count as the same (--same-within).";
         assert!(said(&report).starts_with(start), "{}", said(&report));
         assert!(said(&report).ends_with(" The 2 others are worse."), "{}", said(&report));
         for pair in &mut report.pairs {

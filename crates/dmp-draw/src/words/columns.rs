@@ -57,12 +57,20 @@ pub fn ranking(report: &Report) -> Ranking<'_> {
         column.shown(report).into_iter().map(move |scale_m| ScoreColumn { column, scale_m })
     };
     let columns: Vec<ScoreColumn> = columns_by_rank().into_iter().flat_map(of).collect();
+    // A run alone has no rank.
+    let is_alone = report.order.len() == 1;
     let mut last = 0;
     let row = |(rank, run): (Option<usize>, _)| {
         last = rank.unwrap_or(last);
         let (value_m2, interval_m2) = RunReport::first_score(run, report.leading_basis());
         let cells = columns.iter().map(|column| column.show(run)).collect();
-        RankingRow { run, rank: last.to_string(), cells, value_m2, interval_m2 }
+        RankingRow {
+            run,
+            rank: if is_alone { String::new() } else { last.to_string() },
+            cells,
+            value_m2,
+            interval_m2,
+        }
     };
     let rows = report.ranked().map(row).collect();
     Ranking { columns, rows }
@@ -140,7 +148,7 @@ pub fn legend(report: &Report, shown: &[&str], is_brief: bool) -> Vec<(&'static 
 
 fn verdict_in_words(report: &Report, shown: &[&str], is_brief: bool) -> String {
     if is_brief {
-        return "RMS residual above the first's on common returns, capped as named".to_owned();
+        return "RMS residual above the first's on shared returns; columns use all".to_owned();
     }
     let sure = confidence(report.promise.interval_confidence);
     let interval = if shown.contains(&"interval") {
