@@ -31,7 +31,7 @@ pub const DRIFT_HEADS: [&str; 10] = [
 ];
 
 /// A length: below a metre in centimetres.
-pub(crate) fn metres(length_m: f64) -> String {
+pub fn metres(length_m: f64) -> String {
     if length_m.abs() < 1.0 {
         format!("{} cm", digits(100.0 * length_m))
     } else {

@@ -16,12 +16,12 @@ pub use answer::answer;
 pub use beside::{BesideColumn, beside};
 pub(crate) use columns::more_is_better;
 pub use columns::{Ranking, RankingRow, ScoreColumn, legend, ranking};
+pub(crate) use drift::metres_between;
 pub(crate) use drift::which_way;
 pub use drift::{
-    DRIFT_HEADS, drift_beside_scores, drift_compared, drift_in_words, drift_row, pairs_in_words,
+    DRIFT_HEADS, drift_beside_scores, drift_compared, drift_in_words, drift_row, metres, pairs_in_words,
     worse_between, worse_by,
 };
-pub(crate) use drift::{metres, metres_between};
 pub use laid::laid_onto;
 pub(crate) use laid::rigid;
 pub use map_check::{map_check, not_in_a_cloud};
