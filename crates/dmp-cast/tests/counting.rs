@@ -118,9 +118,23 @@ fn counted(store: Store, queries: &[Query], budget_bytes: usize, block: usize) -
     let path = folder.path().join("thinned");
     let is_free = |met: Met| met.through > met.on;
     let map = (counter.store(), &tally);
-    // A tile that would lose more than the share keeps all.
-    thin_map(map, |_| true, (is_free, 0.0), (&path, Durability::Temporary), &|_, _| ()).unwrap();
-    assert_eq!(Store::open(&path).unwrap().surfels(), map.0.surfels());
+    // A tile keeps all where more than the share of the rays that end in it end on what would be left out.
+    let left = |share: f64| -> usize {
+        let of_tile = |entry: &&TileEntry| {
+            let met = of_tile(entry);
+            let (out, rest): (Vec<Met>, Vec<Met>) = met.iter().partition(|&&met| is_free(met));
+            let on = |met: &[Met]| met.iter().map(|met| f64::from(met.on)).sum::<f64>();
+            if on(&out) > share * (on(&out) + on(&rest)) { met.len() } else { rest.len() }
+        };
+        tiles.iter().map(of_tile).sum()
+    };
+    let mut lefts = Vec::new();
+    for share in [0.0, 0.2, 0.35] {
+        thin_map(map, |_| true, (is_free, share), (&path, Durability::Temporary), &|_, _| ()).unwrap();
+        lefts.push(Store::open(&path).unwrap().surfels() as usize);
+        assert_eq!(lefts.last(), Some(&left(share)), "{share}");
+    }
+    assert!(lefts[0] > lefts[2], "{lefts:?}");
     thin_map(map, |_| true, (is_free, 1.0), (&path, Durability::Temporary), &|_, _| ()).unwrap();
     let rest = direct(&Store::open(&path).unwrap(), &[], 0.0);
     (met, rest.into_iter().map(|(centre, _)| centre).collect())

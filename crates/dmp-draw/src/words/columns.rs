@@ -57,20 +57,12 @@ pub fn ranking(report: &Report) -> Ranking<'_> {
         column.shown(report).into_iter().map(move |scale_m| ScoreColumn { column, scale_m })
     };
     let columns: Vec<ScoreColumn> = columns_by_rank().into_iter().flat_map(of).collect();
-    // A run alone has no rank.
-    let is_alone = report.order.len() == 1;
     let mut last = 0;
     let row = |(rank, run): (Option<usize>, _)| {
         last = rank.unwrap_or(last);
         let (value_m2, interval_m2) = RunReport::first_score(run, report.leading_basis());
         let cells = columns.iter().map(|column| column.show(run)).collect();
-        RankingRow {
-            run,
-            rank: if is_alone { String::new() } else { last.to_string() },
-            cells,
-            value_m2,
-            interval_m2,
-        }
+        RankingRow { run, rank: last.to_string(), cells, value_m2, interval_m2 }
     };
     let rows = report.ranked().map(row).collect();
     Ranking { columns, rows }
