@@ -39,12 +39,12 @@ pub fn metres(length_m: f64) -> String {
     }
 }
 
-/// By how much something is worse, and between which bounds: `0.69 mm better`, `4.75 mm better to 3.21 mm worse`.
+/// By how much something is worse: `1.69 cm worse`, `0.0689 cm better`.
 pub fn worse_by(m: f64) -> String {
     format!("{} {}", metres(m.abs()), if m < 0.0 { "better" } else { "worse" })
 }
 
-/// As [`worse_by`], of an interval.
+/// As [`worse_by`], of an interval: `1.36 to 2.03 cm worse`, `0.475 cm better to 0.321 cm worse`.
 pub fn worse_between([low_m, high_m]: [f64; 2]) -> String {
     if low_m < 0.0 && high_m > 0.0 {
         format!("{} to {}", worse_by(low_m), worse_by(high_m))
@@ -244,6 +244,14 @@ pub fn drift_beside_scores(report: &Report) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_better_is_not_said_to_be_worse_by_less_than_nothing() {
+        assert_eq!([0.0169, -0.000_689].map(worse_by), ["1.69 cm worse", "0.0689 cm better"]);
+        let intervals = [[0.0136, 0.0203], [-0.0203, -0.0136], [-0.00475, 0.00321]];
+        let said = ["1.36 to 2.03 cm worse", "1.36 to 2.03 cm better", "0.475 cm better to 0.321 cm worse"];
+        assert_eq!(intervals.map(worse_between), said);
+    }
 
     fn off(parts_m: [Option<f64>; 3]) -> Displacement {
         let [along_m, sideways_m, up_m] = parts_m;
