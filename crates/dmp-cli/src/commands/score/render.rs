@@ -182,7 +182,7 @@ returns of drift meet what other scans saw: see the warnings.
 3  drift  12.0 cm worse at 10 m   0.47     –      –      –      43.1     34.5
 
 rank      shared by runs that are the same, or undecided against each other
-verdict   RMS residual above the first's on shared returns; columns use all
+verdict   RMS residual above the first's on common returns; columns use all
 thick     RMS distance of points from the flat surface they lie on (median)
 R_cv      RMS range error, capped as headed, to what other scans saw
 coverage  share of returns on what other scans saw, too (more is better)
