@@ -1,6 +1,6 @@
 //! What a table of runs says of each beside its scores: how far it is from the first, and how near it comes back.
 
-use dmp_report::Report;
+use dmp_report::{Report, Verdict};
 use dmp_revisit::apart::short_length;
 use dmp_revisit::drift::RunDrift;
 
@@ -54,6 +54,21 @@ pub fn beside(report: &Report) -> Vec<BesideColumn> {
     columns
 }
 
+/// Where runs are farthest from the first, of those that are better or worse than it: `Farthest from truth at scans: noise 20
+/// to 31, drift 7 to 9`. Of others their own remark says it.
+pub fn farthest(report: &Report, shown: impl Fn(&str) -> String) -> Option<String> {
+    let (first, others) = report.order.split_first()?;
+    let of = |name: &String| {
+        let pair = report.pair(first, name)?;
+        let is_open = matches!(pair.verdict, Verdict::Same | Verdict::Undecided);
+        let apart = pair.apart.filter(|_| !is_open)?;
+        let [first, last] = apart.worst_scans();
+        Some(format!("{} {first} to {last}", shown(name)))
+    };
+    let runs: Vec<String> = others.iter().filter_map(of).collect();
+    (!runs.is_empty()).then(|| format!("Farthest from {} at scans: {}", shown(first), runs.join(", ")))
+}
+
 /// How thick the flat places of each run's map are.
 fn thick(report: &Report) -> Option<BesideColumn> {
     let map = |name: &String| report.runs.iter().find(|run| run.name == *name).map(|run| &run.map);
@@ -78,4 +93,28 @@ fn back(run: &RunDrift) -> String {
 fn in_cm(m: f64) -> String {
     let cm = 100.0 * m;
     if cm < 0.995 { format!("{cm:.2}") } else { format!("{cm:.1}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sample_data::sample;
+
+    #[test]
+    fn places_are_named_of_runs_that_differ_for_sure() {
+        let mut report = sample();
+        let said = |report: &Report| farthest(report, str::to_owned);
+        let all = said(&report).unwrap();
+        for name in ["noise", "collapsed", "drift"] {
+            let apart = report.pair("truth", name).unwrap().apart.unwrap();
+            let [first, last] =
+                if apart.worst().1 { apart.between.unwrap() } else { apart.within }.worst_scans;
+            assert!(all.contains(&format!("{name} {first} to {last}")), "{all}");
+        }
+        for (pair, verdict) in report.pairs.iter_mut().zip([Verdict::Same, Verdict::Undecided].iter().cycle())
+        {
+            pair.verdict = verdict.clone();
+        }
+        assert_eq!(said(&report), None);
+    }
 }

@@ -88,21 +88,31 @@ impl Apart {
             _ => (self.within.worst_m, false),
         }
     }
+
+    /// Where that is: the first and the last scan of the place.
+    pub fn worst_scans(&self) -> [u64; 2] {
+        match self.between {
+            Some(between) if self.worst().1 => between.worst_scans,
+            _ => self.within.worst_scans,
+        }
+    }
+}
+
+/// `scan 7`, or `scans 120 to 160`.
+fn scans_in_words([first, last]: [u64; 2]) -> String {
+    if first == last { format!("scan {first}") } else { format!("scans {first} to {last}") }
 }
 
 /// `up to 1.2 cm apart along the way, 41 cm between visits (scans 120 to 160)`: at the worst place, and which that is.
 impl fmt::Display for Apart {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let place = |spread: &Spread| match spread.worst_scans {
-            [first, last] if first == last => format!(" (scan {first})"),
-            [first, last] => format!(" (scans {first} to {last})"),
-        };
         let (_, is_between) = self.worst();
-        let at = if is_between { String::new() } else { place(&self.within) };
-        write!(f, "up to {} apart along the way{at}", short_length(self.within.worst_m))?;
+        let at = |is_there| {
+            if is_there { format!(" ({})", scans_in_words(self.worst_scans())) } else { String::new() }
+        };
+        write!(f, "up to {} apart along the way{}", short_length(self.within.worst_m), at(!is_between))?;
         let Some(between) = &self.between else { return Ok(()) };
-        let at = if is_between { place(between) } else { String::new() };
-        write!(f, ", {} between visits{at}", short_length(between.worst_m))
+        write!(f, ", {} between visits{}", short_length(between.worst_m), at(is_between))
     }
 }
 

@@ -114,12 +114,11 @@ fn of_run(run: &RunReport) -> Vec<String> {
     }
     if let Some(share) = run.coverage_revisit.filter(|_| run.has_few_revisits()) {
         let seen = if share > 0.0 {
-            format!("only {:.1} % of the returns see", 100.0 * share)
+            format!("{:.1} % of returns revisit", 100.0 * share)
         } else {
-            "no return sees".to_owned()
+            "no return revisits".to_owned()
         };
-        warnings
-            .push(format!("{seen} a place on another visit: drift and large-scale bending cannot be judged"));
+        warnings.push(format!("{seen} a place: drift cannot be judged"));
     }
     if run.map.map_points_dropped > 0 {
         let count = thousands(run.map.map_points_dropped);

@@ -4,7 +4,7 @@ use std::io::{self, Write};
 
 use dmp::{DriftReport, Report};
 use dmp_draw::text::{self, counted, shortened};
-use dmp_draw::{answer, drift_beside_scores, drift_in_words, legend, pairs_in_words, promise};
+use dmp_draw::{answer, drift_beside_scores, drift_in_words, farthest, legend, pairs_in_words, promise};
 
 use super::ranked::Ranked;
 use super::{details, pairs, sampling};
@@ -64,6 +64,9 @@ fn runs(out: &mut impl Write, report: &Report, verbose: bool, terminal: Terminal
     let width = legend.iter().fold(8, |width, (term, _)| width.max(term.len()));
     for (term, meaning) in legend {
         terminal.tell(out, &format!("{term:<width$}  "), &meaning)?;
+    }
+    if let Some(farthest) = farthest(report, |name| shortened(name, NAME)) {
+        terminal.tell(out, "", &farthest)?;
     }
     if verbose {
         return Ok(());
