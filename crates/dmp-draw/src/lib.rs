@@ -33,7 +33,7 @@ pub use truth::{TruthPlots, TruthPose, TruthRun, TruthStats, truth_picture};
 pub use words::{
     BesideColumn, DRIFT_HEADS, Mood, OrderedPair, OrderedVersions, Ranking, RankingRow, ScoreColumn,
     Standing, answer, beside, drift_beside_scores, drift_compared, drift_in_words, drift_row, every_pair,
-    farthest, laid_onto, legend, log_word, main_pairs, map_check, metres, not_in_a_cloud, ordered_versions,
-    p_value, pairs_in_words, promise, ranking, standing, suite_answer, suite_promise, warnings,
-    worse_between, worse_by,
+    laid_onto, legend, log_word, main_pairs, map_check, metres, not_in_a_cloud, ordered_versions, p_value,
+    pairs_in_words, places, promise, ranking, standing, suite_answer, suite_promise, warnings, worse_between,
+    worse_by,
 };

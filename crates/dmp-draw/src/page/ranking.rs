@@ -5,7 +5,7 @@ use dmp_report::Report;
 use super::html::{cell, head, table, terms};
 use crate::plot::escape;
 use crate::text::{NONE, confidence, digits};
-use crate::words::{Mood, Ranking, RankingRow, Standing, beside, farthest, legend, more_is_better, standing};
+use crate::words::{Mood, Ranking, RankingRow, Standing, beside, legend, more_is_better, places, standing};
 
 /// Width of the bars that show a score with its interval, pixels.
 const BAR_PX: f64 = 160.0;
@@ -51,10 +51,10 @@ pub(super) fn ranking(report: &Report) -> String {
     names.extend(beside.iter().map(|column| column.name));
     names.extend(many.then_some("verdict"));
     let caption = format!("Best first; less is better, but for {}", more_is_better());
-    let farthest = farthest(report, str::to_owned);
+    let places = places(report, str::to_owned);
     [
         table("Best first", &heads, &rows).as_str(),
-        &farthest.map_or_else(String::new, |said| format!("<p>{}.</p>\n", escape(&said))),
+        &places.iter().map(|said| format!("<p>{}.</p>\n", escape(said))).collect::<String>(),
         "<details><summary>All scores, and what the columns mean</summary>\n",
         &table(&caption, &all_heads, &all_rows),
         &terms(legend(report, &names, false)),

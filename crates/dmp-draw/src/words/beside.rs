@@ -19,6 +19,8 @@ pub struct BesideColumn {
     pub cells: Vec<String>,
 }
 
+/// Of a run so many visits where it is lost are named.
+const LOST_LISTED: usize = 2;
 /// Begins the cell of a run that is off by more than was searched.
 const LOST: &str = "lost";
 
@@ -54,19 +56,35 @@ pub fn beside(report: &Report) -> Vec<BesideColumn> {
     columns
 }
 
-/// Where runs are farthest from the first, of those that are better or worse than it: `Farthest from truth at scans: noise 20
-/// to 31, drift 7 to 9`. Of others their own remark says it.
-pub fn farthest(report: &Report, shown: impl Fn(&str) -> String) -> Option<String> {
-    let (first, others) = report.order.split_first()?;
-    let of = |name: &String| {
+/// Where to look, by numbers of scans: `Farthest from truth at scans: noise 20 to 31, drift 7 to 9` of the runs that are better
+/// or worse than the first (of others their own remark says it), and `Lost where these scans meet: drift 3 and 80, 5 and 82`.
+pub fn places(report: &Report, shown: impl Fn(&str) -> String) -> Vec<String> {
+    let Some((first, others)) = report.order.split_first() else { return Vec::new() };
+    let farthest = |name: &String| {
         let pair = report.pair(first, name)?;
         let is_open = matches!(pair.verdict, Verdict::Same | Verdict::Undecided);
-        let apart = pair.apart.filter(|_| !is_open)?;
-        let [first, last] = apart.worst_scans();
-        Some(format!("{} {first} to {last}", shown(name)))
+        let [from, to] = pair.apart.filter(|_| !is_open)?.worst_scans();
+        Some(format!("{} {from} to {to}", shown(name)))
     };
-    let runs: Vec<String> = others.iter().filter_map(of).collect();
-    (!runs.is_empty()).then(|| format!("Farthest from {} at scans: {}", shown(first), runs.join(", ")))
+    let lost = |run: &RunDrift| {
+        let visits = run.visits.iter().filter(|visits| visits.at_least_m.is_some());
+        let mut scans: Vec<String> =
+            visits.map(|visits| format!("{} and {}", visits.first.scan, visits.second.scan)).collect();
+        let more = scans.len().saturating_sub(LOST_LISTED);
+        scans.truncate(LOST_LISTED);
+        scans.extend((more > 0).then(|| format!("{more} more")));
+        (!scans.is_empty()).then(|| format!("{} {}", shown(&run.name), scans.join(", ")))
+    };
+    let farthest: Vec<String> = others.iter().filter_map(farthest).collect();
+    let lost: Vec<String> = report.drift.iter().flat_map(|drift| &drift.runs).filter_map(lost).collect();
+    let said = [
+        (format!("Farthest from {} at scans", shown(first)), farthest),
+        ("Lost where these scans meet".to_owned(), lost),
+    ];
+    said.into_iter()
+        .filter(|(_, runs)| !runs.is_empty())
+        .map(|(what, runs)| format!("{what}: {}", runs.join("; ")))
+        .collect()
 }
 
 /// How thick the flat places of each run's map are.
@@ -99,22 +117,41 @@ fn in_cm(m: f64) -> String {
 mod tests {
     use super::*;
     use crate::sample_data::sample;
+    use dmp_revisit::drift::{VisitPairReport, VisitReport};
 
     #[test]
-    fn places_are_named_of_runs_that_differ_for_sure() {
+    fn places_are_named_of_runs_that_differ_for_sure_and_where_a_run_is_lost() {
         let mut report = sample();
-        let said = |report: &Report| farthest(report, str::to_owned);
-        let all = said(&report).unwrap();
+        let said = |report: &Report| places(report, str::to_owned);
+        let all = said(&report);
+        assert_eq!(all.len(), 1);
         for name in ["noise", "collapsed", "drift"] {
             let apart = report.pair("truth", name).unwrap().apart.unwrap();
             let [first, last] =
                 if apart.worst().1 { apart.between.unwrap() } else { apart.within }.worst_scans;
-            assert!(all.contains(&format!("{name} {first} to {last}")), "{all}");
+            assert!(all[0].contains(&format!("{name} {first} to {last}")), "{all:?}");
         }
         for (pair, verdict) in report.pairs.iter_mut().zip([Verdict::Same, Verdict::Undecided].iter().cycle())
         {
             pair.verdict = verdict.clone();
         }
-        assert_eq!(said(&report), None);
+        assert!(said(&report).is_empty());
+        let visit = |scan| VisitReport { scan, stamp_ns: None, scans: Vec::new() };
+        let lost = |first, second| VisitPairReport {
+            first: visit(first),
+            second: visit(second),
+            apart_m: 1.0,
+            way_m: 99.0,
+            at_m: [0.0; 3],
+            off: None,
+            at_least_m: Some(6.0),
+            why_not: None,
+            first_from_second: None,
+            covariance: None,
+        };
+        let drift = report.drift.as_mut().unwrap().runs.iter_mut().find(|run| run.name == "noise").unwrap();
+        drift.visits =
+            vec![lost(3, 80), VisitPairReport { at_least_m: None, ..lost(4, 81) }, lost(5, 82), lost(6, 83)];
+        assert_eq!(said(&report), ["Lost where these scans meet: noise 3 and 80, 5 and 82, 1 more"]);
     }
 }

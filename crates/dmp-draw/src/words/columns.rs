@@ -140,7 +140,7 @@ pub fn legend(report: &Report, shown: &[&str], is_brief: bool) -> Vec<(&'static 
 
 fn verdict_in_words(report: &Report, shown: &[&str], is_brief: bool) -> String {
     if is_brief {
-        return "RMS residual above the first's on common returns; columns use all".to_owned();
+        return "RMS error above the first's, capped as named, on common returns".to_owned();
     }
     let sure = confidence(report.promise.interval_confidence);
     let interval = if shown.contains(&"interval") {

@@ -13,7 +13,7 @@ mod suite_words;
 pub(crate) mod warnings;
 
 pub use answer::answer;
-pub use beside::{BesideColumn, beside, farthest};
+pub use beside::{BesideColumn, beside, places};
 pub(crate) use columns::more_is_better;
 pub use columns::{Ranking, RankingRow, ScoreColumn, legend, ranking};
 pub(crate) use drift::metres_between;

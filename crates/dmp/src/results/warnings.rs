@@ -113,12 +113,9 @@ fn of_run(run: &RunReport) -> Vec<String> {
         ));
     }
     if let Some(share) = run.coverage_revisit.filter(|_| run.has_few_revisits()) {
-        let seen = if share > 0.0 {
-            format!("{:.1} % of returns revisit", 100.0 * share)
-        } else {
-            "no return revisits".to_owned()
-        };
-        warnings.push(format!("{seen} a place: drift cannot be judged"));
+        let seen =
+            if share > 0.0 { format!("{:.1} % of points", 100.0 * share) } else { "no point".to_owned() };
+        warnings.push(format!("{seen} seen on two visits: drift cannot be judged"));
     }
     if run.map.map_points_dropped > 0 {
         let count = thousands(run.map.map_points_dropped);

@@ -42,21 +42,20 @@ fn remark(report: &Report, shown: &OrderedPair<'_>) -> Option<String> {
         Verdict::Better { .. } | Verdict::Same => None,
         Verdict::Undecided => {
             let more = sampling::more_needed(report, pair);
-            Some(format!("{}{}{more}", pair.reason, by_how_much(report, shown)))
+            Some(format!("{}{}{more}", pair.reason, by_how_much(shown)))
         }
         Verdict::Mixed { .. } => Some(pair.reason.clone()),
     }
 }
 
 /// How much worse the second run is, by its residuals at the smallest truncation, and where that may lie.
-fn by_how_much(report: &Report, shown: &OrderedPair<'_>) -> String {
+fn by_how_much(shown: &OrderedPair<'_>) -> String {
     let behind = |scale| Some((scale, shown.rms_behind_m(scale)?));
     let Some((scale, (by_m, Some(interval_m)))) = shown.pair.scales.iter().rev().find_map(behind) else {
         return String::new();
     };
-    let sure = text::confidence(report.promise.interval_confidence);
     format!(
-        " (at {} m {} is {}; {sure} sure: {})",
+        " (at {} m {} is {}, and may be {})",
         scale.scale_m,
         shown.second,
         worse_by(by_m),

@@ -4,7 +4,7 @@ use std::io::{self, Write};
 
 use dmp::{DriftReport, Report};
 use dmp_draw::text::{self, counted, shortened};
-use dmp_draw::{answer, drift_beside_scores, drift_in_words, farthest, legend, pairs_in_words, promise};
+use dmp_draw::{answer, drift_beside_scores, drift_in_words, legend, pairs_in_words, places, promise};
 
 use super::ranked::Ranked;
 use super::{details, pairs, sampling};
@@ -65,8 +65,8 @@ fn runs(out: &mut impl Write, report: &Report, verbose: bool, terminal: Terminal
     for (term, meaning) in legend {
         terminal.tell(out, &format!("{term:<width$}  "), &meaning)?;
     }
-    if let Some(farthest) = farthest(report, |name| shortened(name, NAME)) {
-        terminal.tell(out, "", &farthest)?;
+    for said in places(report, |name| shortened(name, NAME)) {
+        terminal.tell(out, "", &said)?;
     }
     if verbose {
         return Ok(());
@@ -185,14 +185,14 @@ returns of drift meet what other scans saw: see the warnings.
 3  drift  12.0 cm worse at 10 m   0.47     –      –      –      43.1     34.5
 
 rank      shared by runs that are the same, or undecided against each other
-verdict   RMS residual above the first's on common returns; columns use all
+verdict   RMS error above the first's, capped as named, on common returns
 thick     RMS distance of points from the flat surface they lie on (median)
 R_cv      RMS range error, capped as headed, to what other scans saw
 coverage  share of returns on what other scans saw, too (more is better)
 revisit   share of returns on surfaces that another visit saw
 
 truth against größe: undecided: the residuals differ by no more than may be
-chance (at 0.2 m größe is 1.69 cm worse; 99.75 % sure: 1.36 to 2.03 cm worse)
+chance (at 0.2 m größe is 1.69 cm worse, and may be 1.36 to 2.03 cm worse)
 1 more pair, 5 more columns: -v or --json
 
 warning: 3 of 600 scans have no pose in `drift`
