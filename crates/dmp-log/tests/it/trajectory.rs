@@ -534,6 +534,11 @@ fn tables_of_data_sets_are_read_or_described() {
         ("NCLT", all(&|k| format!("{}500000,{k},2,3,0.01,-0.02,3.1", second(k))), "Euler angles"),
         ("RTK", all(&|k| format!("{}.5,{k},2,3", second(k))), "places alone"),
         ("check points", all(&|k| format!("{k} 353000.5 4025000.25 20.5")), "places alone"),
+        (
+            "matrices in four lines",
+            all(&|k| format!("0 -1 0 {k}\n1 0 0 2\n0 0 1 3\n0 0 0 1")),
+            "the rows of a matrix",
+        ),
         ("named points", all(&|k| format!("P{k} 353000.5 4025000.25 20.5")), "4 columns starting with `P0`"),
         ("COLMAP", all(&|k| format!("{} 1 0 0 0 {k} 2 3 1 left/{k}.png", k + 1)), "COLMAP's images.txt"),
         (

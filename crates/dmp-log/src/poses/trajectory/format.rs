@@ -168,6 +168,13 @@ fn by_start(path: &Path, bytes: &[u8]) -> Result<TrajectoryFormat, LogError> {
     if line_at(bytes, place).is_some_and(|line| has_decimal_commas(&String::from_utf8_lossy(line))) {
         return refuse("numbers with decimal commas: write them with points, as 0.5".to_owned());
     }
+    // Four columns would do for a stamp and a place.
+    let rows = lines(bytes).take(3).filter_map(Result::ok).filter(|(_, row)| row.len() == 4);
+    if has_matrix(&rows.filter_map(|(_, row)| numbers_of(&row)).flatten().collect::<Vec<_>>(), 0) {
+        return refuse(
+            "the rows of a matrix, a line each: write each matrix in one line, 12 numbers".to_owned(),
+        );
+    }
     if g2o::is_tag(word) {
         return Ok(TrajectoryFormat::G2o);
     }
