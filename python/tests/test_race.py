@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -13,10 +14,10 @@ import pytest
 from conftest import SAMPLES, scores
 
 import dmp_slam as dmp
-from dmp_slam._race import process
+from dmp_slam._race import process, worker
 from dmp_slam._race.field import entries
 from dmp_slam._race.grid import Grid, records
-from dmp_slam._race.system import DRIVERS
+from dmp_slam._race.system import DRIVERS, load
 from dmp_slam._race.tune import candidates
 
 #: A driver as a stranger writes it: it replays a trajectory, or misbehaves.
@@ -121,6 +122,25 @@ def test_a_system_that_fails_is_a_row_and_changes_no_number(town, driver, good, 
         assert race.trajectory(name).read_bytes() == good.trajectory(name).read_bytes()
     for part in ("runs", "pairs", "order", "drift"):
         assert race.data["score"][part] == good.data["score"][part], part
+
+
+def test_mistakes_in_a_driver_are_named(tmp_path):
+    eye = np.eye(4)
+    right = [(np.int64(5), eye), [6, eye[:3].tolist()]]
+    assert [stamp_ns for stamp_ns, _ in worker.checked(right)] == [5, 6]
+    for given, words in [
+        (1.5, "pose 0: run() gave float, not a pair"),
+        ((1.7e9, eye), "float in the place of the stamp: first scan.stamp, whole nanoseconds"),
+        ((eye, 5), "ndarray in the place of the stamp"),
+        ((5, np.eye(3)), "the shape is (3, 3): world_from_sensor is 4 × 4 or 3 × 4"),
+    ]:
+        with pytest.raises(dmp.Error, match=re.escape(words)):
+            list(worker.checked([given]))
+    file = tmp_path / "driver.py"
+    for text, words in [("import dmp_slam\ndef systems(:\n", "driver.py: line 2: "), ("systems = 1\n", "it has no function systems()")]:
+        file.write_text(text)
+        with pytest.raises(dmp.Error, match=re.escape(words)):
+            load(str(file))
 
 
 def test_memory_is_that_of_the_process_and_its_children(tmp_path):

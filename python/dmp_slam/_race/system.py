@@ -44,5 +44,11 @@ def load(driver: str) -> dict[str, System]:
     import runpy
 
     file = Path(driver) if driver.endswith(".py") else DRIVERS / f"{driver}.py"
-    found: dict[str, System] = runpy.run_path(str(file))["systems"]()
+    try:
+        offers = runpy.run_path(str(file)).get("systems")
+    except SyntaxError as error:
+        raise UsageError(f"{file}: line {error.lineno}: {error.msg}") from None
+    if not callable(offers):
+        raise UsageError(f"{file}: it has no function systems() that returns systems by name")
+    found: dict[str, System] = offers()
     return found

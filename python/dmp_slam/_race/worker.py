@@ -9,7 +9,7 @@ import json
 import sys
 import time
 from pathlib import Path
-from typing import Any, Iterator
+from typing import Any, Iterable, Iterator
 
 import numpy as np
 
@@ -26,6 +26,20 @@ def describe(driver: str) -> dict[str, Any]:
     return {name: {"version": one.version, "parameters": dict(one.parameters)} for name, one in load(driver).items()}
 
 
+def checked(found: Iterable[Any]) -> Iterator[tuple[int, Any]]:
+    """What a system gives, pose by pose: a stamp in nanoseconds and a matrix."""
+    for number, pair in enumerate(found):
+        if not isinstance(pair, (tuple, list)) or len(pair) != 2:
+            raise InputError(f"pose {number}: run() gave {type(pair).__name__}, not a pair of scan.stamp and a pose")
+        stamp_ns, pose = pair
+        if not isinstance(stamp_ns, (int, np.integer)):
+            problem = f"{type(stamp_ns).__name__} in the place of the stamp: first scan.stamp, whole nanoseconds, then the pose"
+            raise InputError(f"pose {number}: {problem}")
+        if np.shape(pose) not in ((4, 4), (3, 4)):
+            raise InputError(f"pose {number}: the shape is {np.shape(pose)}: world_from_sensor is 4 × 4 or 3 × 4")
+        yield int(stamp_ns), pose
+
+
 def run(order: dict[str, Any]) -> None:
     """Runs one system; writes its trajectory, and how long it took for the scans."""
     system, folder = load(order["driver"])[order["system"]], Path(order["folder"])
@@ -39,11 +53,11 @@ def run(order: dict[str, Any]) -> None:
             yield scan
 
     began_s = time.perf_counter()
-    found = list(system.run(scans(), order["parameters"]))
+    found = list(checked(system.run(scans(), order["parameters"])))
     facts = {"pose_at": at, "run_s": time.perf_counter() - began_s}
     if not found:
         raise InputError("the system gave no poses")
-    stamps = [instants.get(int(stamp_ns), int(stamp_ns)) for stamp_ns, _ in found]
+    stamps = [instants.get(stamp_ns, stamp_ns) for stamp_ns, _ in found]
     poses = trajectory(order["system"], Poses(np.array([pose for _, pose in found]), stamps), folder / "poses")
     convert.trajectory(poses, order["trajectory"], to="tum")
     (folder / "facts.json").write_text(json.dumps(facts), encoding="utf-8")
