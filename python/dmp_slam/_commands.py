@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from typing import Any
+from typing import Any, Mapping
 
 from ._arguments import StrPath, arguments, documented
 from ._called import on_log_and_runs
@@ -59,8 +59,10 @@ def info(
 def repair(
     log: Log, run: Any, output: StrPath, *, progress: Progress = None, cancel: Event | None = None, **settings: Any
 ) -> dict[str, Any]:
-    """Repairs a run using its own loop closures, and writes it if its map improves (``dmp repair``)."""
-    runs = {"run": run} if not isinstance(run, (str, os.PathLike)) else run
+    """Repairs a run using its own loop closures, and writes it if its map improves (``dmp repair``). ``run`` is a trajectory, or
+    a dict of one by its name.
+    """
+    runs = run if isinstance(run, (str, os.PathLike, Mapping)) else {"run": run}
     return on_log_and_runs(("repair",), log, runs, progress, cancel, {**settings, "output": output})
 
 

@@ -124,6 +124,12 @@ def test_a_system_that_fails_is_a_row_and_changes_no_number(town, driver, good, 
         assert race.data["score"][part] == good.data["score"][part], part
 
 
+def test_the_best_run_is_repaired(town, driver):
+    race = dmp.race(town, [f"{driver}:noisy"], repair=True, score=FEW, progress=False)
+    repair = race.data["repair"]
+    assert repair["run"] == "noisy" and repair["failed"] is None and repair["report"]["schema"] == "dmp-repair/1"
+
+
 def test_mistakes_in_a_driver_are_named(tmp_path):
     eye = np.eye(4)
     right = [(np.int64(5), eye), [6, eye[:3].tolist()]]
