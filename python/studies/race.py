@@ -34,7 +34,12 @@ SETTINGS = {"kiss": {"deskew": [True, False], "voxel_size": [0.5, 1.0]}}
 APART = 1.2
 SAID = ("right", "wrong", "mixed", "undecided", "same")
 #: Drives and candidates for tuning.
-TUNED = [{"seed": 41, "route": "loop"}, {"seed": 42, "route": "out-and-back"}, {"seed": 43, "route": "one-way"}, {"seed": 44, "route": "loop", "traffic": 20}]
+TUNED = [
+    {"seed": 51, "route": "loop"},
+    {"seed": 52, "route": "out-and-back"},
+    {"seed": 53, "route": "one-way"},
+    {"seed": 54, "route": "loop", "traffic": 20},
+]
 CANDIDATES = {"kiss": {"deskew": [True], "voxel_size": [0.25, 0.5, 1.0, 2.0]}}
 
 
@@ -100,13 +105,14 @@ def tuning(folder: Path) -> None:
     """One row a drive: the setting that was chosen on a part of it, beside the default's and the best of the grid."""
     print("| drive | chosen | ATE, m | default's ATE, m | best of the grid | ATE, m |\n|---|---|--:|--:|---|--:|")
     for drive in TUNED:
-        race, _ = raced(drive, folder, "-tuned", systems=["kiss"], tune="kiss", settings=CANDIDATES)
+        race, tuned_m = raced(drive, folder, "-tuned", systems=["kiss"], tune="kiss", settings=CANDIDATES)
         _, error_m = raced(drive, folder, "-grid", systems=["kiss"], settings=CANDIDATES)
         _, default_m = raced(drive, folder, "-default", systems=["kiss"])
         tune = race["tune"]
         of_grid = {**error_m, **default_m}
         chosen, best = tune["chosen"] or tune["default"], min(of_grid, key=of_grid.__getitem__)
-        cells = [" ".join(map(str, drive.values())), chosen, of_grid.get(chosen), default_m[tune["default"]], best, of_grid[best]]
+        name = " ".join(map(str, drive.values()))
+        cells = [name, chosen, tuned_m[chosen], tuned_m[tune["default"]], best, of_grid[best]]
         print("| " + " | ".join(f"{cell:.3f}" if isinstance(cell, float) else str(cell) for cell in cells) + " |", flush=True)
 
 

@@ -1,4 +1,4 @@
-"""Looks for better parameters of a system: successive halving on growing parts of a log, then a check on the rest."""
+"""Looks for better parameters of a system on growing parts of a log, then checks the best on the rest."""
 
 from __future__ import annotations
 
@@ -82,12 +82,14 @@ def choose(default: Entry, others: Sequence[Entry], runs: Runs, how: Mapping[str
         if result is None:
             break
         named = {row.name: row for row in rows}
-        order = [named[name].entry for name in result.order]
-        rounds.append({"scans": count, "order": result.order, "failed": {**{row.name: row.failed for row in rows if row.failed}, **refused}})
+        names = ordered(result.data)
+        order = [named[name].entry for name in names]
+        rounds.append({"scans": count, "order": names, "failed": {**{row.name: row.failed for row in rows if row.failed}, **refused}})
         best = order[0]
         on_chosen = None if best == default or default not in order else compared(result.data, best.name, default.name)
-        # Half of them go on, and as many as the time allows.
-        left = [entry for entry in order if entry != default][: (len(left) + 1) // 2]
+        # Those go on that are not decided to be worse, and as many as the time allows.
+        worse = {name for name in names[1:] if compared(result.data, best.name, name)["verdict"] == best.name}
+        left = [entry for entry in order if entry != default and entry.name not in worse]
         if number + 1 < len(PARTS):
             left = left[: _affordable(rows, count, PARTS[number + 1] / share, ends_s - time.monotonic())]
     if not rounds:
@@ -95,6 +97,17 @@ def choose(default: Entry, others: Sequence[Entry], runs: Runs, how: Mapping[str
     first = rounds[-1]["order"][0]
     by_name = {entry.name: entry for entry in [default, *others]}
     return Chosen(None if first == default.name else by_name[first], rounds, on_chosen)
+
+
+def ordered(result: Mapping[str, Any]) -> list[str]:
+    """The candidates, best first: by how many of the others each is better than, decided or not; at the scale that decided, or
+    else the largest, which shows drift."""
+    wins = dict.fromkeys(result["order"], 0)
+    for pair in result["pairs"]:
+        better_by_m = compared(result, pair["a"], pair["b"])["better_by_m"]
+        if better_by_m is not None:
+            wins[pair["a"] if better_by_m > 0 else pair["b"]] += 1
+    return sorted(wins, key=lambda name: -wins[name])
 
 
 def _affordable(rows: Sequence[Row], count: int, growth: float, rest_s: float) -> int:

@@ -445,7 +445,7 @@ fn nor_does_that_of_traffic_or_of_a_street_without_revisits() {
             "score brief.mcap --trust -t brief.truth.tum -t brief.drift.tum",
         ],
     );
-    has(&all, &["revisits no place", "no return sees a place on another visit", " cm worse "]);
+    has(&all, &["revisits no place", "no point seen on two visits", " cm worse "]);
 }
 
 #[test]

@@ -314,7 +314,7 @@ fn points_that_were_corrected_already_are_reported_and_fixed() {
         ["", "--mend", "--point-time ignore"].map(|option| json(path, &format!("{score} {option}")));
     assert_eq!(fixed["runs"], ignored["runs"]);
     assert_ne!(as_is["runs"], fixed["runs"]);
-    has(&text(&ends(path, score, 0).stderr), &["--point-time ignore"]);
+    has(&unwrapped(&text(&ends(path, score, 0).stdout)), &["fix it with --point-time ignore"]);
 }
 
 /// The truth in every way that users get wrong, and the option that fixes each.
