@@ -1,7 +1,7 @@
 //! Counts the surfels that rays pass through and end on.
 
 use std::ops::RangeInclusive;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use dmp_disk::{BudgetCache, Weight};
 use dmp_map::{Crossing, MapError, Store, Surfel, Tally, TileExtent, TileId, TileSource};
@@ -23,6 +23,8 @@ pub struct CrossingCounter {
     store: Store,
     on_m: f64,
     tiles: BudgetCache<TileId, NumberedTile>,
+    /// Building a tile takes several times what it holds: one at a time.
+    building: Mutex<()>,
     path: Path,
 }
 
@@ -55,7 +57,13 @@ pub struct CountBuffers {
 impl CrossingCounter {
     /// A counter over `store` that keeps at most about `budget_bytes` of tiles in memory; `on_m` is the tolerance, metres.
     pub fn new(store: Store, on_m: f64, budget_bytes: usize) -> Self {
-        Self { store, on_m, tiles: BudgetCache::new(budget_bytes), path: Path::best() }
+        Self {
+            store,
+            on_m,
+            tiles: BudgetCache::new(budget_bytes),
+            building: Mutex::default(),
+            path: Path::best(),
+        }
     }
 
     /// The map.
@@ -107,8 +115,10 @@ impl Tiles for CrossingCounter {
     fn load(&self, tile: TileId) -> Result<Arc<NumberedTile>, MapError> {
         let radius_m = self.store.disc_radius_m() as f32;
         self.tiles.get(tile, || {
+            let _one = self.building.lock().unwrap_or_else(PoisonError::into_inner);
             let Some(mut tile) = self.store.load(tile)? else { return Ok(NumberedTile::default()) };
             tile.surfels.truncate(tile.own);
+            tile.surfels.shrink_to_fit();
             // The third-lowest of three segments may be the highest.
             let ends =
                 |s: &Surfel| [s.third_lowest.min(s.third_highest), s.third_lowest.max(s.third_highest)];

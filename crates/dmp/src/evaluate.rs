@@ -8,7 +8,7 @@ use dmp_map::Store;
 use dmp_report::{PassTimes, Report};
 use dmp_runs::{Config, EvaluateError, Heads, Run, Watch};
 
-use crate::means::peak;
+use crate::means::{Budget, Extent, peak};
 use crate::passes::{DiskEstimate, Doubts, Evaluation, MapFacts, RunCaster, Scored, Task, tile_bytes};
 use crate::results::{Findings, MapSummary, map_report};
 
@@ -35,6 +35,15 @@ pub fn evaluate<'a>(
     Task::open(log, runs, config, watch.into())?.keeping(|task| score(task, runs))
 }
 
+/// Whether the memory is enough for the threads, the runs and the largest scan of a log: what is known before a scan is read.
+///
+/// # Errors
+/// When it is not, or a setting is wrong.
+pub fn check_memory(log: &dyn ScanLog, runs: &[Run], config: &Config) -> Result<(), EvaluateError> {
+    let (_, means) = config.on(log.summary())?;
+    Budget::new(log, Extent { runs: runs.len(), poses: 0, tiles: 0 }, &means).map(|_| ())
+}
+
 /// Plan, fuse, cast, reduce.
 fn score<'a>(task: Task<'a>, runs: &'a [Run]) -> Result<Report, EvaluateError> {
     let mut times = Stopwatch::start();
@@ -47,6 +56,7 @@ fn score<'a>(task: Task<'a>, runs: &'a [Run]) -> Result<Report, EvaluateError> {
 
     // M: each run's surfel map, fused from the scans with its trajectory, or given.
     let fused = planned.fuse()?;
+    fused.holds_the_densest_tile()?;
     times.of.fuse_s = times.lap_s();
 
     // Without what moved: surfels that rays of the same pass go through.

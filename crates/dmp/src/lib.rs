@@ -53,7 +53,7 @@ pub mod prelude;
 mod results;
 
 pub use check::{check_cloud, check_store};
-pub use evaluate::evaluate;
+pub use evaluate::{check_memory, evaluate};
 pub use maps::{CloudMap, RunMaps, fuse_maps, map_of_cloud};
 pub use means::{machine_memory_bytes, peak_anonymous_bytes, peak_bytes};
 pub use passes::{

@@ -31,6 +31,7 @@ impl CastTile {
         let boxes: Vec<Aabb> = surfels.iter().map(|s| box_of(s, radius_m)).collect();
         let params = BvhBuildParams { max_prims_per_leaf: 1, ..BvhBuildParams::very_fast_build() };
         let tree = build_bvh2(&boxes, params, &mut std::time::Duration::default());
+        drop(boxes);
         let clusters = Clusters::of(&tree);
         let mut collapse =
             Collapse { tree: &tree, clusters: &clusters, surfels, places: Vec::new(), cast: &mut cast };

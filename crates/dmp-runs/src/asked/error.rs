@@ -61,6 +61,16 @@ pub enum EvaluateError {
         /// Poses of all runs.
         poses: u64,
     },
+    /// Less memory than the tree of the densest tile of a map needs while it is built.
+    #[error("{}", self.message_with(&SettingName::quoted))]
+    TooLittleForTile {
+        /// Given bytes.
+        asked: usize,
+        /// Bytes needed.
+        needed: usize,
+        /// Surfels of the tile.
+        surfels: u64,
+    },
     /// A file system has less room than will be written, even if the estimate is half as much again as needed.
     #[error("{}", self.message_with(&SettingName::quoted))]
     NoRoom {
@@ -319,6 +329,7 @@ impl EvaluateError {
         match self {
             Self::TooLittleMemory { .. }
             | Self::TooLittleForPoses { .. }
+            | Self::TooLittleForTile { .. }
             | Self::NoRuns
             | Self::SameName { .. }
             | Self::NoPlaces { .. }
@@ -346,6 +357,13 @@ impl EvaluateError {
                 "memory {}: {} poses need at least {}: give more {}, or write the poses of the scans only",
                 mebibytes(*asked),
                 thousands(*poses),
+                mebibytes(*needed),
+                name(SettingName::Memory)
+            ),
+            Self::TooLittleForTile { asked, needed, surfels } => format!(
+                "memory {}: a tile of the map with {} surfels needs at least {}: give more {}, or larger voxels",
+                mebibytes(*asked),
+                thousands(*surfels),
                 mebibytes(*needed),
                 name(SettingName::Memory)
             ),

@@ -1,6 +1,12 @@
 //! The finished map of a run.
 
 use dmp_map::{Store, Thickness, TileEntry};
+use dmp_runs::EvaluateError;
+
+use crate::passes::evaluation::Evaluation;
+
+/// Memory of a surfel while the tree of its tile is built, bytes.
+const BUILT_BYTES: usize = 350;
 
 /// The facts about a map beside its surfels.
 #[derive(Debug, Clone, Default, serde::Serialize, serde::Deserialize)]
@@ -47,4 +53,20 @@ pub(crate) struct RunMap {
 /// Bytes of the tiles of a map.
 pub(crate) fn tile_bytes(map: &Store) -> u64 {
     map.entries().flat_map(TileEntry::blobs).map(|blob| u64::from(blob.bytes)).sum()
+}
+
+impl Evaluation<'_, RunMap> {
+    /// Whether the memory holds the densest tile while its tree is built.
+    ///
+    /// # Errors
+    /// When that takes more than half of it.
+    pub(crate) fn holds_the_densest_tile(&self) -> Result<(), EvaluateError> {
+        let entries = self.runs.iter().flat_map(|run| run.map.store.entries());
+        let densest = entries.map(|tile| tile.own.surfels).max().unwrap_or(0);
+        let (asked, needed) = (self.means.memory_bytes, 2 * densest as usize * BUILT_BYTES);
+        if needed > asked {
+            return Err(EvaluateError::TooLittleForTile { asked, needed, surfels: densest.into() });
+        }
+        Ok(())
+    }
 }

@@ -12,7 +12,7 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use clap::{Args as _, FromArgMatches as _};
-use dmp::{CastReturns, Config, Report, evaluate};
+use dmp::{CastReturns, Config, Report, check_memory, evaluate};
 use serde::Serialize;
 
 use crate::console::{Common, Exit, Terminal, one_line, say, when_printed};
@@ -99,6 +99,7 @@ pub(crate) fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::
         (report, damaged, None)
     } else {
         let opened = OpenedRuns::open(started, maps, &log, asked, config.threads, common)?;
+        check_memory(opened.log.as_ref(), &opened.runs, &config)?;
         let (opened, vetted) = vetting::checked(opened, &log, asked, &config, common)?;
         let OpenedRuns { log, runs, damaged } = opened;
         let (settings, means) = config.on(log.summary())?;
