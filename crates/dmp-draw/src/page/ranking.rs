@@ -54,7 +54,7 @@ pub(super) fn ranking(report: &Report) -> String {
     let places = places(report, str::to_owned);
     [
         table("Best first", &heads, &rows).as_str(),
-        &places.iter().map(|said| format!("<p>{}.</p>\n", escape(said))).collect::<String>(),
+        &places.iter().map(|said| format!("<p>{}.</p>\n", escape(said))).collect::<Vec<_>>().concat(),
         "<details><summary>All scores, and what the columns mean</summary>\n",
         &table(&caption, &all_heads, &all_rows),
         &terms(legend(report, &names, false)),

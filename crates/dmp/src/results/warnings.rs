@@ -129,15 +129,25 @@ fn of_report<M>(report: &Report, plan: &Plan, runs: &[PosedRun<'_, M>]) -> Vec<S
     let (inputs, selection) = (&report.inputs, &plan.selection);
     let mut warnings: Vec<String> =
         inputs.damage.iter().map(|what| format!("lost from the log: {what}")).collect();
+    let mut without_pose: Vec<(usize, Vec<String>)> = Vec::new();
+    for state in runs.iter().filter(|state| state.path.scans_without_pose > 0) {
+        let (scans, name) = (state.path.scans_without_pose, format!("`{}`", state.run.name));
+        match without_pose.iter_mut().find(|(others, _)| *others == scans) {
+            Some((_, names)) => names.push(name),
+            None => without_pose.push((scans, vec![name])),
+        }
+    }
+    for (scans, names) in without_pose {
+        let each = if names.len() == 1 { "it" } else { "each" };
+        warnings.push(format!(
+            "{} of {} scans have no pose in {}; {each} is scored on the others",
+            thousands(scans),
+            thousands(plan.frames().len()),
+            names.join(", ")
+        ));
+    }
     for state in runs {
         let (name, path) = (&state.run.name, &state.path);
-        if path.scans_without_pose > 0 {
-            warnings.push(format!(
-                "{} of {} scans have no pose in `{name}`; it is scored on the others",
-                thousands(path.scans_without_pose),
-                thousands(plan.frames().len())
-            ));
-        }
         if let (1.., Some((gap_s, off_m))) = (path.scans_between_poses, state.poses.left_open()) {
             warnings.push(format!(
                 "`{name}` has poses up to {gap_s:.1} s apart, and the sensor may be {:.0} cm off between them, so {} scans \

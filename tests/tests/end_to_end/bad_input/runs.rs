@@ -67,7 +67,7 @@ pub(super) const ROWS: &[Row] = &[
         number: 23,
         made: |town| {
             parts(town, "truth.tum", "a.tum", &|share| share <= 0.8);
-            parts(town, "drift.tum", "b.tum", &|share| share >= 0.2);
+            parts(town, "drift.tum", "b.tum", &|share| share >= 0.3);
         },
         lines: "
             score town.mcap -t a.tum -t b.tum => 0 scans_used = 24; warnings: have no pose in `a` | it is scored on the others
