@@ -63,8 +63,10 @@ pub fn places(report: &Report, shown: impl Fn(&str) -> String) -> Vec<String> {
     let farthest = |name: &String| {
         let pair = report.pair(first, name)?;
         let is_open = matches!(pair.verdict, Verdict::Same | Verdict::Undecided);
-        let [from, to] = pair.apart.filter(|_| !is_open)?.worst_scans();
-        Some(format!("{} {from} to {to}", shown(name)))
+        let apart = pair.apart.filter(|_| !is_open)?;
+        // A place that is most of the log says nothing.
+        let [from, to] = apart.worst_scans();
+        (2 * (to - from) < apart.scans).then(|| format!("{} {from} to {to}", shown(name)))
     };
     let lost = |run: &RunDrift| {
         let visits = run.visits.iter().filter(|visits| visits.at_least_m.is_some());
