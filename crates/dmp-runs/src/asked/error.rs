@@ -361,7 +361,7 @@ impl EvaluateError {
                 name(SettingName::Memory)
             ),
             Self::TooLittleForTile { asked, needed, surfels } => format!(
-                "memory {}: a tile of the map with {} surfels needs at least {}: give more {}, or larger voxels",
+                "memory {}: the {} surfels of a tile of the map need at least {}: give more {}, or larger voxels",
                 mebibytes(*asked),
                 thousands(*surfels),
                 mebibytes(*needed),
