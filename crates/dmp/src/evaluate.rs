@@ -40,8 +40,13 @@ pub fn evaluate<'a>(
 /// # Errors
 /// When it is not, or a setting is wrong.
 pub fn check_memory(log: &dyn ScanLog, runs: &[Run], config: &Config) -> Result<(), EvaluateError> {
-    let (_, means) = config.on(log.summary())?;
-    Budget::new(log, Extent { runs: runs.len(), poses: 0, tiles: 0 }, &means).map(|_| ())
+    let (settings, means) = config.on(log.summary())?;
+    let least = Extent { runs: runs.len(), poses: 0, tiles: 0 };
+    if Budget::new(log, least, &means).is_ok() {
+        return Ok(());
+    }
+    // What is said to be needed is enough.
+    Budget::new(log, Extent::of_runs(runs, &settings, &means)?, &means).map(|_| ())
 }
 
 /// Plan, fuse, cast, reduce.
