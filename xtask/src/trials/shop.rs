@@ -33,7 +33,7 @@ impl<'a> Shop<'a> {
     /// With the files of other software in the folder `others`.
     pub(crate) fn open(dmp: &'a Path) -> anyhow::Result<Self> {
         let shop = Self { dmp, folder: tempfile::tempdir()? };
-        for folder in ["mcap", "rosbag2", "clouds", "mesh", "trajectories"] {
+        for folder in ["mcap", "rosbag1", "rosbag2", "clouds", "mesh", "trajectories"] {
             let from = crate::workspace::root().join("tests/conformance").join(folder);
             for path in paths(&from) {
                 let bytes = fs::read(from.join(&path))?;
