@@ -115,9 +115,10 @@ fn patches_rank_as_whole_maps_do() {
         all.sort_by(|a, b| a.0.cmp(&b.0).then(a.2.total_cmp(&b.2)));
         all
     };
-    // Whole maps leave out what rays contradict, patches do not: that shows where a loop is false.
-    for (other, most) in [(&direct, 0.25), (&all, 0.01)] {
+    for (other, most) in [(&direct, 0.15), (&all, 0.01)] {
         for (fast, other) in numbers(&fast).iter().zip(numbers(other)) {
+            // Whole maps leave out what rays contradict, patches do not: that shows where a loop is false.
+            let most = if most > 0.1 && fast.2 > 10_000.0 { 0.25 } else { most };
             assert!((fast.1 / other.1 - 1.0).abs() < most && fast.2 == other.2, "{fast:?} {other:?}");
         }
     }
