@@ -22,7 +22,7 @@ def quick(
 ) -> Result:
     """Scores runs on a sample of places, for which little of the log is read: ``dmp score --quick``.
 
-    ``share`` is the share of the drive in the sample, in the option's format (``"5%"``).
+    ``share`` is the share of the log to read, as the option has it (``"5%"``), or ``"decided"``.
     """
     return score(log, runs, progress=progress, cancel=cancel, quick=share, **settings)
 

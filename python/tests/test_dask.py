@@ -204,10 +204,10 @@ def test_a_job_that_is_cancelled_stops_soon(client, bucket, town, two, tmp_path,
 def test_errors_keep_their_class_and_line(client, town, two, tmp_path):
     garbage = tmp_path / "garbage.mcap"
     garbage.write_bytes(b"no log")
-    for log, given in [(garbage, {}), (tmp_path / "none.mcap", {}), (town, {"voxel": "wide"}), (town, {"decide": True})]:
+    for log, given in [(garbage, {}), (tmp_path / "none.mcap", {}), (town, {"voxel": "wide"}), (town, {"quick": True})]:
         with pytest.raises(dmp.Error) as raised:
             dmp.dask.score(log, two, client=client, retries=0, **{**FEW, **given})
-        if "decide" in given:
+        if "quick" in given:
             assert isinstance(raised.value, dmp.UsageError) and "in parts" in str(raised.value)
             continue
         with pytest.raises(dmp.Error) as expected:

@@ -53,7 +53,7 @@ def test_keywords_are_the_options(town, runs):
         trust=True,
         extrinsic={"truth": (0, 0, 0, 0, 0, 0, 1), "drift": "identity"},
         expect=["unbeaten:truth", "unbeaten:drift", "R_cv_10<1 mm"],
-        sample=None,
+        segment=None,
         progress=False,
     )
     options = ["--voxel=40 cm", "--max-range=50.0", "--every=2", "--trust", "--extrinsic=truth=0,0,0,0,0,0,1"]

@@ -113,7 +113,6 @@ fn pair(a: &str, b: &str, basis: Basis, scales_m: &[f64]) -> PairReport {
         apart: None,
         verdict: Verdict::Better { run: a.into(), decided_at_m: scales_m[0] },
         reason: "better globally: decided at the 10 m scale (876543 common returns)".into(),
-        frames_needed: None,
         places_needed: None,
     }
 }

@@ -28,9 +28,7 @@ pub struct PairReport {
     pub verdict: Verdict,
     /// The verdict in words.
     pub reason: String,
-    /// Where a sample decides nothing: about how many scans would, as far as it shows a difference at all.
-    pub frames_needed: Option<u64>,
-    /// The same of places, where these were drawn.
+    /// Where a sample of places decides nothing: about how many would, as far as it shows a difference at all.
     pub places_needed: Option<u64>,
 }
 
@@ -46,14 +44,12 @@ pub struct PairFacts<'a> {
     pub scan_of_unit: &'a dyn Fn(u64) -> u64,
     /// The truncation lengths.
     pub scales: Scales,
-    /// Whether not scans but places were drawn.
-    pub of_places: bool,
 }
 
 impl PairReport {
     /// The report of a comparison.
     pub fn of(pair: &Comparison, facts: PairFacts<'_>, apart: Option<Apart>) -> Self {
-        let PairFacts { name, log_likelihood, scan_of_unit, scales, of_places } = facts;
+        let PairFacts { name, log_likelihood, scan_of_unit, scales } = facts;
         let scale = |scale: &ScaleComparison| ScaleReport {
             scale_m: scale.scale_m,
             mean_a_m2: scale.mean_a_m2,
@@ -87,8 +83,7 @@ impl PairReport {
                 (verdict, _) => verdict.reason_with(scales, scan_of_unit),
             },
             apart,
-            frames_needed: pair.frames_needed.filter(|_| !of_places),
-            places_needed: pair.frames_needed.filter(|_| of_places),
+            places_needed: pair.frames_needed,
         }
     }
 

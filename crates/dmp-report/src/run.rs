@@ -8,7 +8,7 @@ use crate::pair::interval_of;
 use crate::scores::ScaleScores;
 use crate::withheld::Withheld;
 
-/// Below this share of returns seen on another visit, drift cannot be judged.
+/// Below this share of returns seen on another visit, scores hardly show drift.
 const REVISIT_NEEDED: f64 = 0.05;
 
 /// The scores of a run; squares in m². Null where there is nothing to divide by.
@@ -112,7 +112,7 @@ impl RunReport {
         }
     }
 
-    /// Whether so few returns are seen on another visit that drift cannot be judged.
+    /// Whether so few returns are seen on another visit that its scores hardly show drift.
     pub fn has_few_revisits(&self) -> bool {
         self.coverage_revisit.is_some_and(|share| share < REVISIT_NEEDED)
     }

@@ -38,7 +38,6 @@ fn fields_stand_in_their_order() {
             "better_on_the_whole",
             "decided_at_m",
             "reason",
-            "frames_needed",
             "places_needed",
         ],
     );

@@ -15,10 +15,10 @@ mod runs;
 mod vet;
 
 pub use asked::{
-    CastReturns, Config, Decide, DriftPairs, DriftReach, EvaluateError, Frame, FrameOrder, Looks, MapSource,
-    Means, Note, POSE_BYTES, Progress, Remedy, ReturnDraw, Run, RunSource, Sample, ScoredPlace,
-    ScoredReturns, ScoredRun, SettingName, Settings, Sink, Stage, Unposed, Watch, as_asked_m, check_runs,
-    in_threads, in_voxels, in_words, pool, so_far,
+    CastReturns, Config, DriftPairs, DriftReach, EvaluateError, Frame, FrameOrder, MapSource, Means, Note,
+    POSE_BYTES, Progress, Remedy, ReturnDraw, Run, RunSource, ScoredPlace, ScoredReturns, ScoredRun,
+    SettingName, Settings, Sink, Stage, Unposed, Watch, as_asked_m, check_runs, in_threads, in_voxels,
+    in_words, pool, so_far,
 };
 pub use runs::{
     BLOCK_RAYS, Block, Drawn, Heads, KNOWN_TIMES, MIN_BLOCK_RETURNS, OfReturn, PlannedFrame, PosedRun, Poser,

@@ -20,7 +20,7 @@ impl Shard<'_> {
     /// When the log or a piece of a map cannot be read, is missing, or differs from the plan.
     pub fn cast(&self, part: Part) -> Result<PathBuf, ShardError> {
         let planned = self.planned()?;
-        let frames = Self::share(&planned, part, &planned.cast_scans());
+        let frames = Self::share(&planned, part, &planned.used_scans());
         let merged: Vec<(Part, MergedPart)> = self.folder.read(Stage::Merge)?;
         let map = |planned: &PlannedScore<'_>, run: usize, path: &Path| {
             let pieces = pieces_in_reach(planned, run, &merged, &frames)?;

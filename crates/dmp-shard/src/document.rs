@@ -78,9 +78,6 @@ impl ShardPlan {
     /// [`EvaluateError::Setting`] with the first of them.
     pub fn check_settings(config: &Config) -> Result<(), EvaluateError> {
         let refused = |setting, why| Err(EvaluateError::setting(setting, "in parts".to_owned(), why));
-        if config.decide.is_some() {
-            return refused(SettingName::Decide, "the decision needs the results of all parts");
-        }
         if config.save_maps.is_some() {
             let why = "the maps are in pieces: use `dmp map build`";
             return refused(SettingName::SaveMaps, why);

@@ -35,7 +35,7 @@ impl Shard<'_> {
     /// When the log cannot be read or differs from the plan, or nothing can be written.
     pub fn fuse(&self, part: Part) -> Result<PathBuf, ShardError> {
         let planned = self.planned()?;
-        let frames = Self::share(&planned, part, &planned.fused_scans());
+        let frames = Self::share(&planned, part, &planned.used_scans());
         let folder = self.folder;
         let path = |file_stem: &str| folder.file(&sums_name(part, file_stem));
         let (counts, sums) = planned.fuse(&frames, path)?;

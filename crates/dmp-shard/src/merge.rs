@@ -142,7 +142,7 @@ impl Shard<'_> {
         planned: &PlannedScore<'_>,
     ) -> Result<(Vec<(Part, FusedPart)>, RunTileVoxels), ShardError> {
         let fused: Vec<(Part, FusedPart)> = self.folder.read(Stage::Fuse)?;
-        check_frames(Stage::Fuse, fused.iter().map(|(_, part)| &part.frames), &planned.fused_scans())?;
+        check_frames(Stage::Fuse, fused.iter().map(|(_, part)| &part.frames), &planned.used_scans())?;
         let mut voxels = RunTileVoxels::new();
         for (run, list) in fused.iter().flat_map(|(_, part)| part.sums.iter().enumerate()) {
             for block in &list.blocks {

@@ -48,12 +48,12 @@ impl Shard<'_> {
         };
         match stage {
             Stage::Fuse => Ok(Needs {
-                log: of_log(&Self::share(&planned, part, &planned.fused_scans())),
+                log: of_log(&Self::share(&planned, part, &planned.used_scans())),
                 files: Vec::new(),
             }),
             Stage::Merge => Ok(Needs { log: Some(Vec::new()), files: self.needed_sums(&planned, part)? }),
             Stage::Cast => {
-                let frames = Self::share(&planned, part, &planned.cast_scans());
+                let frames = Self::share(&planned, part, &planned.used_scans());
                 let merged: Vec<(Part, MergedPart)> = self.folder.read(Stage::Merge)?;
                 let mut files = Vec::new();
                 for (number, run) in planned.runs().enumerate() {

@@ -24,7 +24,7 @@ impl Shard<'_> {
         fused.iter().for_each(|(_, part)| counts.merge(&part.counts));
         let merged: Vec<(Part, MergedPart)> = self.folder.read(Stage::Merge)?;
         let cast: Vec<(Part, Casting)> = self.folder.read(Stage::Cast)?;
-        check_frames(Stage::Cast, cast.iter().map(|(_, part)| part.scans()), &planned.cast_scans())?;
+        check_frames(Stage::Cast, cast.iter().map(|(_, part)| part.scans()), &planned.used_scans())?;
         let drift = if planned.measures_drift() { Some(self.drifted(&planned)?) } else { None };
         let maps = (0..self.runs.len()).map(|run| map_of(&merged, run)).collect();
         let cast = cast.into_iter().map(|(_, part)| part).collect();

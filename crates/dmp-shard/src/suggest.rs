@@ -44,7 +44,6 @@ pub struct Suggested {
 
 impl Suggested {
     pub(super) fn of(planned: &PlannedScore<'_>, machine: Machine) -> Self {
-        let sampled: u64 = planned.sampled_scans().map(|scan| planned.returns_of(scan)).sum();
         let runs = planned.runs().len() as f64;
         let fused = planned.returns() as f64 * runs;
         let pairs = |run| planned.revisits(run).pairs().len() as f64;
@@ -54,7 +53,7 @@ impl Suggested {
             cores: machine.cores,
             fuse: parts(FUSE_S * fused),
             merge: parts(MERGE_S * fused),
-            cast: parts(CAST_S * sampled as f64 * runs),
+            cast: parts(CAST_S * fused),
             drift: parts(PAIR_S * pairs),
             memory_bytes: planned.least_memory_bytes(),
         }

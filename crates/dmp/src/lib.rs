@@ -60,7 +60,7 @@ pub use passes::{
     Casting, CopiedScans, OddScans, Oddity, Revisits, Surveyed, TilesInReach, VisitPair, measure_drift,
 };
 #[doc(hidden)]
-pub use places::{drawn_places, evaluate_quick, quick_reads};
+pub use places::{Quick, evaluate_quick, quick_reads};
 pub use planned::{PlacedRun, PlannedScore};
 pub use posed::{PosedLog, PosedScan};
 
@@ -81,8 +81,8 @@ pub use dmp_revisit::drift::{
     Displacement, DriftBin, DriftComparison, DriftReport, Measured, RunDrift, VisitPairReport, VisitReport,
 };
 pub use dmp_runs::{
-    CastReturns, Config, Decide, Doubt, DoubtTest, DriftPairs, DriftReach, EvaluateError, Found, Frame,
-    FrameOrder, Looks, MapSource, Means, Mend, Note, PointTimes, PosesAs, Profile, Progress, Remedy, Run,
-    RunSource, Sample, ScoredPlace, ScoredReturns, ScoredRun, SettingName, Settings, Sink, Stage, Unposed,
-    VetSummary, Vetted, Watch, file_stem_of, in_threads, profiles, so_far, vet, vet_outline,
+    CastReturns, Config, Doubt, DoubtTest, DriftPairs, DriftReach, EvaluateError, Found, Frame, FrameOrder,
+    MapSource, Means, Mend, Note, PointTimes, PosesAs, Profile, Progress, Remedy, Run, RunSource,
+    ScoredPlace, ScoredReturns, ScoredRun, SettingName, Settings, Sink, Stage, Unposed, VetSummary, Vetted,
+    Watch, file_stem_of, in_threads, profiles, so_far, vet, vet_outline,
 };

@@ -121,19 +121,9 @@ impl<'a> PlannedScore<'a> {
         self.0.plan.frames()[scan].returns
     }
 
-    /// The scans that are fused: some run has a pose for each.
-    pub fn fused_scans(&self) -> FrameSet {
+    /// The scans that are fused and cast: some run has a pose for each.
+    pub fn used_scans(&self) -> FrameSet {
         (0..self.scans()).filter(|&scan| self.0.uses(scan)).collect()
-    }
-
-    /// The scans that are asked to be cast: all, or a sample.
-    pub fn sampled_scans(&self) -> impl Iterator<Item = usize> {
-        self.0.plan.looks.frames(0)
-    }
-
-    /// Those of them that some run has a pose for.
-    pub fn cast_scans(&self) -> FrameSet {
-        self.sampled_scans().filter(|&scan| self.0.uses(scan)).collect()
     }
 
     /// Some scans, those together that are cheapest read together.

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use dmp::{Config, Ego, Run, Sample};
+use dmp::{Config, Ego, Run};
 use dmp_log::ScanLog;
 use dmp_sensor::{Isometry3, Point3, Scan, Trajectory, along_m};
 use dmp_sim::{SlamErrors, room_estimates};
@@ -124,7 +124,7 @@ fn quantile(mut numbers: Vec<f64>, share: f64) -> f64 {
 fn check(log: &std::path::Path, runs: [Trajectory; 2], (metre_m, most_off): (f64, f64), config: &Config) {
     let laid = Laid::new(open(log).as_ref(), [&runs[0], &runs[1]], metre_m);
     let runs: Vec<Run> = ["a", "b"].into_iter().zip(runs).map(|(name, run)| Run::new(name, run)).collect();
-    let report = score(log, &runs, &Config { ego: Ego::None, sample: Sample::Frames(4), ..config.clone() });
+    let report = score(log, &runs, &Config { ego: Ego::None, ..config.clone() });
     let apart = report.pairs[0].apart.unwrap();
     assert_eq!(apart.scans, laid.poses.len() as u64);
     for (found, directly) in [(apart.within, laid.within()), (apart.between.unwrap(), laid.between())] {

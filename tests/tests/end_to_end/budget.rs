@@ -101,7 +101,7 @@ fn memory_stays_within_the_budget_or_the_error_states_what_is_needed() {
     let folder = tempfile::tempdir().unwrap();
     let all = drive(folder.path(), 12);
     let scored = |memory_mib: u64| {
-        let command = dmp_command(folder.path(), &format!("{all} --sample 8 --memory {memory_mib}MiB"));
+        let command = dmp_command(folder.path(), &format!("{all} --memory {memory_mib}MiB"));
         needed(command, folder.path())
     };
     let refused = scored(40);
@@ -124,7 +124,7 @@ fn the_disk_that_is_used_is_the_one_estimated() {
     let folder = tempfile::tempdir().unwrap();
     let all = drive(folder.path(), 4);
     for more in ["--memory 64MiB", "--memory 1GiB"] {
-        let command = dmp_command(folder.path(), &format!("{all} --sample 8 --resume=3600 {more}"));
+        let command = dmp_command(folder.path(), &format!("{all} --resume=3600 {more}"));
         let done = needed(command, folder.path());
         assert_eq!(done.code, Some(0), "{}", done.stderr);
         let report: Value = serde_json::from_str(&done.stdout).unwrap();

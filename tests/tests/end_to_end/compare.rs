@@ -122,7 +122,6 @@ fn results_that_were_not_made_alike_are_refused_with_the_reason() {
     for (options, reason) in [
         ("-t @/truth.tum --voxel 0.5", "settings: config.voxel_m is 0.300048828125 and 0.5"),
         ("-t @/truth.tum --voxel 0.3 --every 2", "frames: config.every is 1 and 2"),
-        ("-t @/truth.tum --voxel 0.3 --sample 30", "frames: sampling.frames_scored is 100 and 30"),
         ("-t @/truth.tum --voxel 0.3 --returns 1/4", "frames: sampling.returns_one_in is 1 and 4"),
     ] {
         save(folder, "b.json", options);

@@ -234,14 +234,14 @@ fn a_score_has_the_drift_of_some_pairs_or_of_as_many_as_are_asked_for() {
         serde_json::from_value(once(&format!("drift {RUNS} {more}")).json()).unwrap()
     };
     let of_score = |more: &str| -> Option<DriftReport> {
-        serde_json::from_value(json(path, &format!("{BOTH} --sample 20 {more}"))["drift"].clone()).unwrap()
+        serde_json::from_value(json(path, &format!("{BOTH} {more}"))["drift"].clone()).unwrap()
     };
     // The single visits are left to `dmp drift`.
     let mut three = of_drift("--pairs 3");
     assert_eq!((three.schema.as_str(), three.runs[1].pairs_measured), (DriftReport::SCHEMA, 3));
     three.runs.iter_mut().for_each(|run| run.visits.clear());
     assert_eq!(of_score("--drift=3"), Some(three));
-    assert_eq!(of_score(""), None);
+    assert_eq!(of_score("--drift=none"), None);
     let whole: dmp::Report = serde_json::from_value(once(&format!("{BOTH} --json --quiet")).json()).unwrap();
     let few = &whole.drift.unwrap().runs[0];
     assert!(few.pairs_measured > 3 && few.pairs_measured <= few.segments.div_ceil(2), "{few:?}");

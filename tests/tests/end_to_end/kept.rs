@@ -25,24 +25,16 @@ fn apart_is_together(folder: &Path, log: &str, runs: &[&str], options: &str) {
     let together = scored(folder, &format!("{score} {} --keep all.dmp", runs.join(" ")));
     let files: Vec<String> = (0..runs.len()).map(|k| format!("{k}.dmp")).collect();
     let apart = scored(folder, &format!("compare {} --threads 2", files.join(" ")));
-    assert_alike(&apart, &together, options);
+    assert_alike(&apart, &together);
     // Of one file, of files in another order, with one thread.
-    assert_alike(&scored(folder, "compare all.dmp"), &together, options);
+    assert_alike(&scored(folder, "compare all.dmp"), &together);
     let files: Vec<String> = files.into_iter().rev().collect();
     let backwards = scored(folder, &format!("compare {} --threads 1", files.join(" ")));
     assert_eq!((&backwards["order"], &backwards["promise"]), (&apart["order"], &apart["promise"]));
     assert_eq!(backwards["not_compared"], json!([]));
 }
 
-fn assert_alike(apart: &Value, together: &Value, options: &str) {
-    let mut both = [apart.clone(), together.clone()];
-    if options.contains("--sample") {
-        // Only the poses of scored scans are kept.
-        for pair in both.iter_mut().flat_map(|report| report["pairs"].as_array_mut().unwrap()) {
-            pair["apart"] = Value::Null;
-        }
-    }
-    let [apart, together] = &both;
+fn assert_alike(apart: &Value, together: &Value) {
     for field in ["runs", "order", "ties", "pairs", "promise", "config", "sampling"] {
         assert_eq!(apart[field], together[field], "{field}");
     }
@@ -64,7 +56,7 @@ fn runs_scored_apart_are_judged_as_if_scored_together() {
         folder,
         "@/town.mcap",
         &["-t @/truth.tum", "-t @/noise.tum"],
-        "--sample 20 --every 2 --returns 1/2",
+        "--every 2 --returns 1/2",
     );
     let room = once("simulate room -o room --size 80x60 --frames 40 --rate 2 -q").folder.join("room");
     let room = room.display();
@@ -83,7 +75,7 @@ fn given_maps_are_judged_so_too_and_not_beside_fused_ones() {
     }
     let runs = "-t @/truth.tum -t @/noise.tum --map truth.dmpmap";
     let together = scored(folder, &format!("{SCORE} --every 3 {runs}"));
-    assert_alike(&scored(folder, "compare 0.dmp 1.dmp"), &together, "");
+    assert_alike(&scored(folder, "compare 0.dmp 1.dmp"), &together);
     let voxel = together["config"]["voxel_m"].as_f64().unwrap();
     scored(folder, &format!("{SCORE} --every 3 -t fused=@/noise.tum --voxel {voxel} --keep fused.dmp"));
     let mixed = scored(folder, "compare 0.dmp 1.dmp fused.dmp");
@@ -131,9 +123,7 @@ fn what_cannot_be_kept_is_refused_before_the_log_is_read() {
     refused(folder, &format!("{TWO} --keep a.json"), 2, &["a.json: a result is written as .dmp"]);
     refused(folder, &format!("{TWO} --keep none/a.dmp"), 2, &["there is no folder none"]);
     refused(folder, &format!("{TWO} --keep a.dmp --map truth=@/town.mcap"), 2, &["a.dmp", "two commands"]);
-    for option in ["--decide", "--quick"] {
-        misused(folder, &format!("{TWO} --keep a.dmp {option}"), &["--keep"]);
-    }
+    misused(folder, &format!("{TWO} --keep a.dmp --quick"), &["--keep"]);
     assert!(!folder.join("a.dmp").exists());
 }
 
@@ -219,7 +209,7 @@ fn row_32_forged_results_are_refused_and_take_no_memory() {
         refused(folder, "compare a.dmp c.dmp", 1, &["c.dmp: ", words]);
     }
     // What both claim alike.
-    let both: [(OfJson<'_>, OfPart<'_>, &str); 6] = [
+    let both: [(OfJson<'_>, OfPart<'_>, &str); 5] = [
         (
             &|json| json["sampling"]["frames_total"] = (1_u64 << 62).into(),
             all,
@@ -231,7 +221,6 @@ fn row_32_forged_results_are_refused_and_take_no_memory() {
             "1,000,000,000,000 of ",
         ),
         (&|json| json["inputs"]["returns_used"] = 1_000.into(), all, " 1,000 of 34"),
-        (&|json| json["sampling"]["looks"] = json!([28, 34]), all, "made with --decide"),
         (as_is, &|part| part.scan < 50, " of 34"),
         (
             as_is,

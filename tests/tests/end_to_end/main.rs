@@ -26,6 +26,7 @@ mod counts;
 mod determinism;
 mod direct;
 mod disk;
+mod drawn;
 mod drift;
 mod examples;
 mod formats;
@@ -50,7 +51,6 @@ mod resume;
 #[path = "../../../crates/dmp-log/tests/it/ros1.rs"]
 #[allow(dead_code, reason = "the tests of the reader use more of it")]
 mod ros1;
-mod sampling;
 mod scene;
 mod shard;
 mod simulated_room;

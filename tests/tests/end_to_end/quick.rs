@@ -6,12 +6,12 @@ use std::path::Path;
 use std::sync::Mutex;
 
 use dmp::{
-    Config, Ego, EvaluateError, FrameSums, Report, Run, Sample, ScoredPlace, SettingName, Sink, Watch,
-    evaluate, evaluate_quick,
+    Config, Ego, EvaluateError, FrameSums, Quick, Report, Run, RunSums, ScoredPlace, SettingName, Sink,
+    Verdict, Watch, evaluate, evaluate_quick,
 };
 use dmp_log::{LogOptions, LogOutline, outline_log};
 use dmp_sensor::{Scan, Trajectory};
-use dmp_sim::{CityOptions, CityRecording, LidarOptions};
+use dmp_sim::{CityOptions, CityRecording, LidarOptions, SlamErrors};
 use serde_json::Value;
 
 use crate::common::{
@@ -24,7 +24,7 @@ fn outline(log: &Path) -> LogOutline {
 }
 
 fn quick(log: &Path, runs: &[Run], config: &Config, share: f64) -> Report {
-    evaluate_quick(&outline(log), runs, config, share, ()).unwrap()
+    evaluate_quick(&outline(log), runs, config, Quick::Share(share), ()).unwrap()
 }
 
 /// A drive through a city with a small sensor: its scans and its truth.
@@ -79,7 +79,8 @@ fn a_place_that_sees_the_whole_drive_is_scored_as_in_the_whole() {
 
     let (whole, parts) = (Sums::default(), Sums::default());
     evaluate(open(&path).as_ref(), &runs, &config, Watch::sink(&whole)).unwrap();
-    let report = evaluate_quick(&outline(&path), &runs, &config, 1.0, Watch::sink(&parts)).unwrap();
+    let report =
+        evaluate_quick(&outline(&path), &runs, &config, Quick::Share(1.0), Watch::sink(&parts)).unwrap();
     let whole = whole.frames.into_inner().unwrap();
     let (frames, places) = (parts.frames.into_inner().unwrap(), parts.places.into_inner().unwrap());
     let of_report = report.sampling.places.unwrap();
@@ -135,8 +136,47 @@ fn a_share_of_the_log_is_read_and_decides() {
     assert_eq!(comparable(&again), comparable(&report));
     // Less than any memory has room for.
     let little = Config { memory_bytes: 40 << 20, ..config };
-    let error = evaluate_quick(&outline(&path), &runs, &little, 0.5, ()).unwrap_err();
+    let error = evaluate_quick(&outline(&path), &runs, &little, Quick::Share(0.5), ()).unwrap_err();
     assert!(error.is_usage() && matches!(error, EvaluateError::TooLittleMemory { .. }), "{error}");
+}
+
+#[test]
+#[ignore = "nightly: a long drive twice"]
+fn places_grow_until_they_decide() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("city.mcap");
+    let (scans, truth) = city(2500.0, 0.4);
+    write_chunks(&path, &scans, SMALL_CHUNK);
+    let grown = |runs: &[Run], config: &Config| {
+        let places = Sums::default();
+        let (log, watch) = (outline(&path), Watch::sink(&places));
+        let report = evaluate_quick(&log, runs, config, Quick::UntilDecided, watch).unwrap();
+        // No place is scored twice, and the sums are those of all.
+        let places = places.places.into_inner().unwrap();
+        for (run, of_run) in report.runs.iter().enumerate() {
+            let mut sums = RunSums::default();
+            places.values().for_each(|(_, place)| sums.merge(&place.runs()[run]));
+            assert_eq!(of_run.dmp_sum_m2, sums.dmp_sum_m2());
+        }
+        let of_report = report.sampling.places.unwrap();
+        assert_eq!((of_report.drawn, of_report.share_asked), (places.len() as u64, None));
+        (report, places.into_keys().collect::<BTreeSet<_>>())
+    };
+    let error = |report: &Report| 1.0 - report.promise.interval_confidence;
+
+    let (decided, first) = grown(&runs_of(&truth, &[("drift", drift(1.0))]), &plain());
+    assert_eq!(decided.pairs[0].verdict.better(), Some("truth"));
+    assert_eq!((decided.sampling.places.unwrap().looks, first.len()), (Some(1), 20));
+    // Two draws of the same noise, which are not the same to the millimetre, take all that may be read.
+    let equal = [("one", 1), ("another", 2)]
+        .map(|(name, seed)| Run::new(name, SlamErrors { seed, ..noise(0.05, 0.1) }.apply(&truth).unwrap()));
+    let (open, all) = grown(&equal, &Config { same_within_m: Some(0.001), ..plain() });
+    assert_eq!((open.pairs[0].verdict.clone(), all.len()), (Verdict::Undecided, 40));
+    assert!(open.sampling.places.unwrap().looks == Some(2) && first.is_subset(&all), "{first:?} {all:?}");
+    // Both share the error rate of two looks at four scales.
+    for report in [&decided, &open] {
+        assert!((error(report) / (0.01 / 8.0) - 1.0).abs() < 1e-9, "{}", error(report));
+    }
 }
 
 /// The log of a city in a folder, and the arguments for a quick score of it.
@@ -157,18 +197,22 @@ fn the_command_reports_what_was_drawn_and_refuses_what_quick_cannot() {
     for field in ["drawn", "total", "revisited", "scans_read", "share_asked", "bytes_read", "radius_m"] {
         assert!(report["sampling"]["places"][field].is_number(), "{field}: {report}");
     }
+    let decided = json(folder.path(), &arguments.replace("90%", "decided"));
+    assert!(
+        decided["sampling"]["places"]["share_asked"].is_null() || decided["sampling"]["places"].is_null()
+    );
     // A log of which all would be read is scored as a whole.
     let all = "score @/town.mcap -t @/truth.tum --trust --json";
     let whole = ends(folder.path(), &format!("{all} --quiet"), 0);
     let short = ends(folder.path(), &format!("{all} --quick"), 0);
     assert_eq!(scores(&short.stdout), scores(&whole.stdout));
     has(&text(&short.stderr), &["note: ", "--quick would read "]);
-    for option in ["--sample 28", "--decide", "--resume", "--per-frame frames.csv", "--map truth=map.laz"] {
+    for option in ["--resume", "--per-frame frames.csv", "--map truth=map.laz"] {
         let name = option.split([' ', '=']).next().unwrap();
         misused(folder.path(), &format!("{arguments} {option}"), &[name, "--quick"]);
     }
     for wrong in ["0%", "101%", "5", "x%"] {
-        misused(folder.path(), &arguments.replace("90%", wrong), &["no share of a log: try 5%"]);
+        misused(folder.path(), &arguments.replace("90%", wrong), &["no share of a log: try 5%, or decided"]);
     }
 }
 
@@ -197,15 +241,10 @@ fn a_drive_with_nothing_to_choose_among_is_refused() {
     write_mcap(&path, &scans[..20]);
     let runs = runs_of(&truth, &[("drift", drift(1.0))]);
     let refusal =
-        |config: &Config, share: f64| evaluate_quick(&outline(&path), &runs, config, share, ()).unwrap_err();
-    let error = refusal(&plain(), 0.5);
+        |share: f64| evaluate_quick(&outline(&path), &runs, &plain(), Quick::Share(share), ()).unwrap_err();
+    let error = refusal(0.5);
     assert!(error.is_usage() && error.to_string().contains("too short for a sample of places"), "{error}");
     for share in [0.0, -1.0, 1.1, f64::NAN] {
-        assert!(matches!(
-            refusal(&plain(), share),
-            EvaluateError::Setting { setting: SettingName::Quick, .. }
-        ));
+        assert!(matches!(refusal(share), EvaluateError::Setting { setting: SettingName::Quick, .. }));
     }
-    let sampled = Config { sample: Sample::Frames(3), ..plain() };
-    assert!(matches!(refusal(&sampled, 0.5), EvaluateError::Setting { setting: SettingName::Quick, .. }));
 }

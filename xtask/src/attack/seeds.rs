@@ -85,7 +85,7 @@ const ROWS: &[Row] = &[
         "q.mcap: q.tum",
         &[
             "score q.mcap -t q.tum --quick=100% --json --quiet",
-            "score q.mcap -t q.tum --sample 8 --json --quiet --residuals out.ply => writes out.ply",
+            "score q.mcap -t q.tum --every 8 --json --quiet --residuals out.ply => writes out.ply",
         ],
     )
     .guarded(),

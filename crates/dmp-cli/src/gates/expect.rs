@@ -51,7 +51,7 @@ pub(super) fn parse(text: &str) -> Result<Expect, String> {
         None => match text.split_once(':') {
             Some(("best", name)) if !name.is_empty() => What::Best(name.to_owned()),
             Some(("unbeaten", name)) if !name.is_empty() => What::Unbeaten(name.to_owned()),
-            Some(("same", names)) => What::Same(crate::options::values::pair(names)?.0),
+            Some(("same", names)) => What::Same(crate::options::values::pair(names)?),
             None if text == "same" => What::Same(None),
             _ => {
                 return Err(format!(

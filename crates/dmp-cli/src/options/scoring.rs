@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use dmp::{CastReturns, Confidence, Decide, DriftPairs, Ego, LengthUnit, Sample, Scales, SegmentLength};
+use dmp::{CastReturns, Confidence, DriftPairs, Ego, LengthUnit, Quick, Scales, SegmentLength};
 
 use super::Group::{Input, Resources, ReturnsAndMap, Sampling, Verdicts};
-use super::values::{self, Pair, parsed};
+use super::values::{self, parsed};
 use super::{Entry, Opt, Role, input, output};
 
 pub(crate) static SCALES: Opt<Option<Scales>> = Opt {
@@ -48,7 +48,7 @@ pub(crate) static DRIFT: Opt<DriftPairs> = Opt {
     sets: Some(|config, pairs| config.drift = pairs),
     conflicts: &[&QUICK],
     help: "Measure drift in metres on at most N pairs of visits to the same places, on `all` or on `none`. Default: a pair \
-           for each two segments, none where a sample is scored; `--drift` alone: all",
+           for each two segments; `--drift` alone: all",
     ..Opt::text(ReturnsAndMap, "drift", "N", "50", values::drift_pairs)
 };
 pub(crate) static MAP_UNIT: Opt<Option<LengthUnit>> = Opt {
@@ -70,30 +70,16 @@ pub(crate) static SAME_WITHIN: Opt<f64> = Opt {
     ..Opt::text(Verdicts, "same-within", "LENGTH", "3cm", values::length_m)
 };
 
-pub(crate) static SAMPLE: Opt<Sample> = Opt {
-    sets: Some(|config, sample| config.sample = sample),
-    help: "Score only N scans, or this share of them, evenly spread. The maps are made of all scans",
-    ..Opt::text(Sampling, "sample", "N|P%", "2%", values::sample)
-};
 pub(crate) static RETURNS: Opt<CastReturns> = Opt {
     sets: Some(|config, returns| config.returns = returns),
     help: "Cast one of every few consecutive returns of a scan, or `all`. The maps are made of all returns. Default: 1/8 of a long \
            log, more of a shorter one; all with --residuals",
     ..Opt::text(Sampling, "returns", "SHARE", "1/4", values::returns)
 };
-pub(crate) static DECIDE: Opt<Pair> = Opt {
-    conflicts: &[&output::KEEP],
-    alone: Some(""),
-    sets: Some(|config, pair| config.decide = Some(Decide { pair: pair.0 })),
-    help: "Score a sample, of 28 scans or of --sample, and double it until all pairs of runs are decided, or these two",
-    ..Opt::text(Sampling, "decide", "RUN,RUN", "a,b", values::pair)
-};
-pub(crate) static QUICK: Opt<f64> = Opt {
+pub(crate) static QUICK: Opt<Quick> = Opt {
     alone: Some("5%"),
     is_short_help: true,
     conflicts: &[
-        &SAMPLE,
-        &DECIDE,
         &input::MAPS,
         &RESUME,
         &output::RESIDUALS,
@@ -103,9 +89,10 @@ pub(crate) static QUICK: Opt<f64> = Opt {
         &output::KEEP,
         &output::REFERENCE,
     ],
-    help: "Estimate the scores from a sample of places, reading at most this share of the log. Needs a log with an index. A log \
-           of which it would read more than half is scored whole. Default: 5%",
-    ..Opt::text(Sampling, "quick", "P%", "10%", values::part)
+    help: "Estimate the scores from a sample of places: reading at most this share of the log, or doubling it from 20 places on \
+           until all pairs of runs are `decided`. Needs a log with an index. A log of which it would read more than half is \
+           scored whole. Default: 5%",
+    ..Opt::text(Sampling, "quick", "P%|decided", "10%", values::quick)
 };
 
 pub(crate) static MEMORY: Opt<usize> = Opt {
@@ -142,7 +129,6 @@ pub(crate) const MAPPING: &[&dyn Entry] =
 /// What may be taken of the machine.
 pub(crate) const MEANS: &[&dyn Entry] = &[&MEMORY, &THREADS, &WORK];
 /// What `dmp score` and `dmp shard plan` evaluate, and how, besides the runs.
-pub(crate) const EVALUATION: &[&dyn Entry] =
-    &[&input::MAPS, &DRIFT, &CONFIDENCE, &SAME_WITHIN, &SAMPLE, &RETURNS, &DECIDE];
+pub(crate) const EVALUATION: &[&dyn Entry] = &[&input::MAPS, &DRIFT, &CONFIDENCE, &SAME_WITHIN, &RETURNS];
 /// Which returns are used, as drift, repair and calibrate need them.
 pub(crate) const RANGES: &[&dyn Entry] = &[&SCALES, &MIN_RANGE, &MAX_RANGE, &EGO];

@@ -3,7 +3,7 @@
 use std::str::FromStr;
 use std::time::Duration;
 
-use dmp::{CastReturns, Confidence, DriftPairs, Ego, LengthUnit, PosesAs, Sample, Scales, SegmentLength};
+use dmp::{CastReturns, Confidence, DriftPairs, Ego, LengthUnit, PosesAs, Quick, Scales, SegmentLength};
 use dmp_log::{TimeUnit, TrajectoryFormat};
 use dmp_sensor::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 
@@ -266,17 +266,13 @@ fn share(text: &str) -> Option<f64> {
     percent.is_finite().then_some(percent / 100.0)
 }
 
-/// `5%`, as a share above 0 and up to 1.
-pub(crate) fn part(text: &str) -> Result<f64, String> {
-    let part = share(text).filter(|&part| part > 0.0 && part <= 1.0);
-    part.ok_or_else(|| format!("`{text}` is no share of a log: try 5%"))
-}
-
-/// `28` or `2%`.
-pub(crate) fn sample(text: &str) -> Result<Sample, String> {
-    let frames = || text.parse().ok().filter(|&frames| frames > 0).map(Sample::Frames);
-    let found = if text.ends_with('%') { part(text).ok().map(Sample::Share) } else { frames() };
-    found.ok_or_else(|| format!("`{text}` is no sample: try 28 (scans) or 2%"))
+/// `5%`, above 0 and up to 100, or `decided`.
+pub(crate) fn quick(text: &str) -> Result<Quick, String> {
+    if text == "decided" {
+        return Ok(Quick::UntilDecided);
+    }
+    let share = share(text).filter(|&share| share > 0.0 && share <= 1.0);
+    share.map(Quick::Share).ok_or_else(|| format!("`{text}` is no share of a log: try 5%, or decided"))
 }
 
 /// `all` or `1/8`.
@@ -309,17 +305,13 @@ pub(crate) fn some_pairs(text: &str) -> Result<DriftPairs, String> {
     pairs.ok_or_else(|| "it must be a number of pairs of 1 or more, or `all`".to_owned())
 }
 
-/// Two runs by their names; `None`: all of them.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Pair(pub(crate) Option<(String, String)>);
-
-/// Nothing, or two names.
-pub(crate) fn pair(text: &str) -> Result<Pair, String> {
+/// Two runs by their names; nothing: all of them.
+pub(crate) fn pair(text: &str) -> Result<Option<(String, String)>, String> {
     if text.is_empty() {
-        return Ok(Pair(None));
+        return Ok(None);
     }
     match text.split_once(',').filter(|(a, b)| !a.is_empty() && !b.is_empty() && !b.contains(',')) {
-        Some((a, b)) => Ok(Pair(Some((a.to_owned(), b.to_owned())))),
+        Some((a, b)) => Ok(Some((a.to_owned(), b.to_owned()))),
         None => Err("the names of two runs with a comma between them are expected".to_owned()),
     }
 }
@@ -436,8 +428,8 @@ mod tests {
             "is no length of a segment",
         );
         check(scales, &[("auto", None), ("room", Some(Scales::Room))], &["hall"], "`hall` are no scales");
-        let both = Pair(Some(("a".to_owned(), "b".to_owned())));
-        check(pair, &[("a,b", both), ("", Pair(None))], &["a", "a,b,c", ",b", "a,"], "two runs");
+        let both = Some(("a".to_owned(), "b".to_owned()));
+        check(pair, &[("a,b", both), ("", None)], &["a", "a,b,c", ",b", "a,"], "two runs");
         let pairs = [("all", DriftPairs::All), ("3", DriftPairs::AtMost(3))];
         check(some_pairs, &pairs, &["none", "0", "-1", "x"], "or `all`");
         let poses = [

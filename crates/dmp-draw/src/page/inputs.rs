@@ -95,8 +95,6 @@ fn settings(report: &Report) -> String {
         None => Some(format!("{}, {}", config.ego.name(), counted(config.ego.cells as u64, "cell"))),
     };
     let sampling = &report.sampling;
-    let looks = sampling.looks.iter().flatten().map(|look| count(*look)).collect::<Vec<_>>().join(", ");
-    let looks = if looks.is_empty() { looks } else { format!(", looks at {looks}") };
     let seed = sampling.seed.map_or_else(String::new, |seed| format!(", seed {seed}"));
     let scored = if let Some(places) = &sampling.places {
         let (drawn, total, revisited) =
@@ -108,7 +106,7 @@ fn settings(report: &Report) -> String {
             1 => String::new(),
             one_in => format!(", one of {one_in} consecutive returns"),
         };
-        format!("{scored} of {total}{drawn}{seed}{looks}")
+        format!("{scored} of {total}{drawn}{seed}")
     };
     let lines = [
         ("dmp", report.dmp_version.clone()),

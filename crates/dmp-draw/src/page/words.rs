@@ -21,10 +21,8 @@ pub(super) fn pairs(report: &Report) -> Vec<String> {
 fn of_pair(ordered: &OrderedPair<'_>, scales: Scales) -> String {
     let (pair, first, second) = (ordered.pair, strong(ordered.first), strong(ordered.second));
     let Some(scale) = pair.decided_at() else {
-        let more = pair.frames_needed.map(|needed| (needed, "scans"));
-        let more = more.or(pair.places_needed.map(|needed| (needed, "places")));
-        let more = more.map_or_else(String::new, |(needed, what)| {
-            format!("; about {} {what} in all would decide", count(needed))
+        let more = pair.places_needed.map_or_else(String::new, |needed| {
+            format!("; about {} places in all would decide", count(needed))
         });
         return format!("{first} and {second}: {}{more}.", escape(&pair.reason));
     };

@@ -10,10 +10,8 @@ pub struct SamplingReport {
     pub frames_scored: u64,
     /// Scans that could have been.
     pub frames_total: u64,
-    /// Seed of the samples; null where all scans were scored and all returns cast.
+    /// Seed of the draws; null where all scans were scored and all returns cast.
     pub seed: Option<u64>,
-    /// How many scans were scored at each look whether that decides; null where no decision was asked for.
-    pub looks: Option<Vec<u64>>,
     /// Of so many consecutive returns of a scored scan one was cast; 1: every one.
     #[serde(default = "every_one")]
     pub returns_one_in: usize,
@@ -45,8 +43,10 @@ pub struct PlacesReport {
     pub scans_read: u64,
     /// Whether these are as few as are ever drawn, whatever share of the log they take.
     pub are_fewest: bool,
-    /// Share of the log's bytes that was to be read.
-    pub share_asked: f64,
+    /// Share of the log's bytes that was to be read; null where the places were to grow until they decide.
+    pub share_asked: Option<f64>,
+    /// After how many looks at growing places all pairs were decided, or no more could be read; null where a share was asked.
+    pub looks: Option<usize>,
     /// Bytes of the log that were read, index and all; null where it is not known.
     pub bytes_read: Option<u64>,
 }

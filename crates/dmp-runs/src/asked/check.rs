@@ -66,7 +66,6 @@ impl Config {
         if self.every == 0 {
             return bad(SettingName::Every, "0".into(), "it must be 1 or more");
         }
-        self.sample.check()?;
         self.returns.check()?;
         if self.threads == 0 || self.threads > 1024 {
             return bad(SettingName::Threads, self.threads.to_string(), "it must lie between 1 and 1024");

@@ -11,7 +11,6 @@ use dmp_sensor::{Isometry3, Trajectory};
 
 use crate::asked::drift::{DriftPairs, DriftReach};
 use crate::asked::returns::CastReturns;
-use crate::asked::sample::{Decide, Sample};
 
 /// One estimate to be scored: a trajectory and the map that belongs to it.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -134,14 +133,10 @@ pub struct Config {
     pub ego: Ego,
     /// Only every n-th scan of the log is used, for the map and for the score.
     pub every: usize,
-    /// How many of the scans in use are scored; the maps use all of them.
-    pub sample: Sample,
     /// How many of the returns of a scored scan are cast; the maps use all of them.
     pub returns: CastReturns,
-    /// Seed of the samples: the same number draws the same scans and returns.
+    /// Seed of the draws: the same number draws the same returns and places.
     pub seed: u64,
-    /// Scores growing samples, from [`Self::sample`] or 28 scans on, until the better run is decided.
-    pub decide: Option<Decide>,
     /// The extrinsic of the sensor on the body of the trajectories, for runs without their own.
     pub body_from_sensor: Isometry3<f64>,
     /// Added to every stamp of the log before it is looked up in a trajectory, nanoseconds, for runs without
@@ -197,10 +192,8 @@ impl Default for Config {
             max_range_m: None,
             ego: Ego::Auto,
             every: 1,
-            sample: Sample::All,
             returns: CastReturns::ByNumber,
             seed: 0,
-            decide: None,
             body_from_sensor: Isometry3::identity(),
             time_offset_ns: 0,
             max_time_gap_ns: None,

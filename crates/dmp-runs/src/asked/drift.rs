@@ -7,8 +7,7 @@ use serde::{Deserialize, Serialize};
 pub enum DriftPairs {
     /// None: the report has no drift.
     None,
-    /// At most one pair per two segments, so that at most half of the log is read; none if a sample is
-    /// scored.
+    /// At most one pair per two segments, so that at most half of the log is read.
     #[default]
     Few,
     /// At most this many.
@@ -19,10 +18,10 @@ pub enum DriftPairs {
 
 impl DriftPairs {
     /// The limit for a path of this many segments.
-    pub fn most(self, segments: usize, is_sampled: bool) -> usize {
+    pub fn most(self, segments: usize) -> usize {
         match self {
-            Self::Few if !is_sampled => segments.div_ceil(2),
-            Self::None | Self::Few => 0,
+            Self::Few => segments.div_ceil(2),
+            Self::None => 0,
             Self::AtMost(pairs) => pairs,
             Self::All => usize::MAX,
         }

@@ -262,8 +262,6 @@ pub enum EvaluateError {
 pub enum Remedy {
     /// Use the voxels of the given map.
     VoxelOfMap,
-    /// Score a sample of scans.
-    SampleScans,
 }
 
 impl From<DiskError> for EvaluateError {
@@ -395,10 +393,10 @@ impl EvaluateError {
                 name(SettingName::Quick)
             ),
             Self::VagueStamps { path, error_s } => format!(
-                "{}: its index has the times of its scans to {error_s:.1} s only, too coarse for a sample of places: \
-                 score a sample of scans, {}",
+                "{}: its index has the times of its scans to {error_s:.1} s only, too coarse for a sample of places; \
+                 score all of it, without {}",
                 path.display(),
-                name(SettingName::Sample)
+                name(SettingName::Quick)
             ),
             Self::EmptyMap { path, thin_voxels, voxel_m, points_dropped } => {
                 let voxel_m = as_asked_m(*voxel_m);
@@ -424,7 +422,6 @@ impl Remedy {
     fn message_with(self, name: &dyn Fn(SettingName) -> String) -> String {
         match self {
             Self::VoxelOfMap => format!("; remove {} to use those of the map", name(SettingName::Voxel)),
-            Self::SampleScans => format!(": {} scores part of the scans", name(SettingName::Sample)),
         }
     }
 }

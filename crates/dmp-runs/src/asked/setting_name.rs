@@ -22,13 +22,9 @@ pub enum SettingName {
     SameWithin,
     /// [`Config::every`](crate::Config::every).
     Every,
-    /// [`Config::sample`](crate::Config::sample).
-    Sample,
     /// [`Config::returns`](crate::Config::returns).
     Returns,
-    /// [`Config::decide`](crate::Config::decide).
-    Decide,
-    /// The share of a log that a quick score reads.
+    /// How much of a log a quick score reads.
     Quick,
     /// [`Run::map`](crate::Run::map).
     Map,
@@ -88,9 +84,7 @@ impl fmt::Display for SettingName {
             Self::Sigma => "sigma",
             Self::SameWithin => "same-within",
             Self::Every => "every",
-            Self::Sample => "sample",
             Self::Returns => "returns",
-            Self::Decide => "decide",
             Self::Quick => "quick",
             Self::Map => "map",
             Self::TimeOffset => "time-offset",

@@ -14,8 +14,6 @@ use crate::asked::config::{Config, Frame, FrameOrder, Run};
 use crate::asked::drift::{DriftPairs, DriftReach};
 use crate::asked::error::EvaluateError;
 use crate::asked::returns::CastReturns;
-use crate::asked::sample::{Decide, Sample};
-use crate::asked::setting_name::SettingName;
 
 /// Every setting that changes numbers, resolved for a log: what [`Config`] leaves open is decided here. A
 /// remaining `None` is decided by the scans.
@@ -38,14 +36,10 @@ pub struct Settings {
     pub ego: Ego,
     /// Every n-th scan of the log is used.
     pub every: usize,
-    /// How many of the scans in use are scored.
-    pub sample: Sample,
     /// How many of the returns of a scored scan are cast.
     pub returns: CastReturns,
-    /// Seed of the samples.
+    /// Seed of the draws.
     pub seed: u64,
-    /// When growing samples stop.
-    pub decide: Option<Decide>,
     /// The extrinsic of the sensor on the body, for runs without their own.
     pub body_from_sensor: Isometry3<f64>,
     /// Added to every stamp of the log, nanoseconds.
@@ -123,10 +117,8 @@ impl Config {
             max_range_m,
             ego: self.ego,
             every: self.every,
-            sample: self.sample,
             returns: self.returns,
             seed: self.seed,
-            decide: self.decide.clone(),
             body_from_sensor: self.body_from_sensor,
             time_offset_ns: self.time_offset_ns,
             max_time_gap_ns: self.max_time_gap_ns,
@@ -211,27 +203,17 @@ impl Settings {
     }
 }
 
-/// Checks the runs against the settings.
+/// Checks the runs' names.
 ///
 /// # Errors
-/// When there is no run, two runs share a name, or a pair to decide is not among them.
-pub fn check_runs(runs: &[Run], settings: &Settings) -> Result<(), EvaluateError> {
+/// When there is no run, or two runs share a name.
+pub fn check_runs(runs: &[Run]) -> Result<(), EvaluateError> {
     if runs.is_empty() {
         return Err(EvaluateError::NoRuns);
     }
     for (k, run) in runs.iter().enumerate() {
         if runs[..k].iter().any(|other| other.name == run.name) {
             return Err(EvaluateError::SameName { name: run.name.clone() });
-        }
-    }
-    let bad = |value: String, why| Err(EvaluateError::setting(SettingName::Decide, value, why));
-    if settings.decide.is_some() && runs.len() < 2 {
-        return bad("with one run".to_owned(), "a decision needs two runs at least");
-    }
-    if let Some((a, b)) = settings.decide.as_ref().and_then(|decide| decide.pair.as_ref()) {
-        let is_run = |name: &String| runs.iter().any(|run| run.name == *name);
-        if a == b || !is_run(a) || !is_run(b) {
-            return bad(format!("{a},{b}"), "it must name two of the runs");
         }
     }
     Ok(())

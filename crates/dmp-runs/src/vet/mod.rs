@@ -70,7 +70,7 @@ fn vet_heads(
     progress: &dyn Progress,
 ) -> Result<Vetted, EvaluateError> {
     let (settings, means) = config.on(heads.summary())?;
-    check_runs(given, &settings)?;
+    check_runs(given)?;
     let blocks = sample::read(heads, &settings, progress)?;
     let look = Look { heads, settings: &settings, blocks: &blocks };
     depth_units::check(&look, given)?;

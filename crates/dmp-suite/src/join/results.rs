@@ -121,9 +121,6 @@ fn judge(
     let problem = |problem: String| JoinError::Returns { report: file.clone(), problem };
     let confidence = report.promise.asked().map_err(problem)?.of_each_look(looks);
     let sampling = &report.sampling;
-    if sampling.looks.is_some() {
-        return Err(problem("made with --decide, whose looks share the error rate".to_owned()));
-    }
     if sampling.frames_total > MOST_SCANS || sampling.frames_scored > sampling.frames_total {
         let (scored, total) = (thousands(sampling.frames_scored), thousands(sampling.frames_total));
         return Err(problem(format!("{scored} of {total} scans cannot be compared")));
@@ -142,7 +139,6 @@ fn judge(
         log_likelihood: &log_likelihood,
         scan_of_unit: &scan_of,
         scales: report.config.scales,
-        of_places: false,
     };
     posed.sort_by_key(|(ordinal, _)| *ordinal);
     let posed: Vec<PosedScan> = posed.into_iter().map(|(_, scan)| scan).collect();

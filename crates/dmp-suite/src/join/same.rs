@@ -11,7 +11,7 @@ use super::named::NamedReport;
 type Fact = (MadeWith, &'static str, fn(&Report) -> String);
 
 /// In order: causes before the settings that follow from them.
-const FACTS: [Fact; 31] = [
+const FACTS: [Fact; 29] = [
     (MadeWith::Version, "dmp_version", |report| report.dmp_version.clone()),
     (MadeWith::Log, "inputs.fingerprint", |report| report.inputs.fingerprint.clone()),
     (MadeWith::Log, "inputs.bytes", |report| report.inputs.bytes.to_string()),
@@ -23,10 +23,8 @@ const FACTS: [Fact; 31] = [
     (MadeWith::Settings, "config.time_offset_s", |report| report.config.time_offset_s.to_string()),
     (MadeWith::Frames, "config.every", |report| report.config.every.to_string()),
     (MadeWith::Frames, "sampling.frames_total", |report| report.sampling.frames_total.to_string()),
-    (MadeWith::Frames, "sampling.frames_scored", |report| report.sampling.frames_scored.to_string()),
     (MadeWith::Frames, "sampling.returns_one_in", |report| report.sampling.returns_one_in.to_string()),
     (MadeWith::Frames, "sampling.seed", |report| or_null(report.sampling.seed)),
-    (MadeWith::Frames, "sampling.looks", |report| format!("{:?}", report.sampling.looks)),
     (MadeWith::Settings, "promise.confidence", |report| report.promise.confidence.to_string()),
     (MadeWith::Settings, "promise.same_within_m", |report| report.promise.same_within_m.to_string()),
     (MadeWith::Settings, "config.min_range_m", |report| report.config.min_range_m.to_string()),

@@ -151,7 +151,6 @@ fn a_difference_in_any_setting_is_reported() {
             (_, "config.scales") => json!("room"),
             (_, "config.depth_noise") => json!({ "least_m": 0.001, "growth_per_m": 0.002, "nearest_m": 0.4 }),
             (_, "config.segment") => json!({ "metres": 5.0 }),
-            (_, "sampling.looks") => json!([28, 56]),
             (_, "sampling.seed") => json!(3),
             (Value::Number(number), _) if number.is_u64() => json!(number.as_u64().unwrap() + 1),
             (Value::Number(number), _) => json!(number.as_f64().unwrap() + 0.001),

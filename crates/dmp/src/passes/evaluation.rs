@@ -75,7 +75,7 @@ impl<'a> Task<'a> {
         means: Means,
         watch: Watch<'a>,
     ) -> Result<Self, EvaluateError> {
-        check_runs(runs, &settings)?;
+        check_runs(runs)?;
         let extent = Extent::of_runs(runs, &settings, &means)?;
         let work = Arc::new(Work::open(log, runs, &settings, &means, extent)?);
         Ok(Self { log, settings, means, work, watch })

@@ -56,14 +56,6 @@ pub(crate) struct Pauses<'a, W> {
     pub(crate) ahead: &'a dyn Fn(usize),
 }
 
-/// The jobs to read, in order.
-pub(crate) struct Jobs {
-    /// The number of the first.
-    pub(crate) first: usize,
-    /// Each has the ordinals of planned frames that are cheapest read together.
-    pub(crate) jobs: Vec<Vec<usize>>,
-}
-
 /// Reads the planned frames once and hands each to one of the workers, with a thread per worker.
 ///
 /// Frames that are cheapest read together go to the same thread. The workers are returned in arbitrary order:
@@ -88,18 +80,18 @@ pub(crate) fn each_frame_of_jobs<W: Worker>(
     workers: Vec<W>,
 ) -> Result<Vec<W>, EvaluateError> {
     let pauses = Pauses { every: None, done: FrameSet::default(), keep: &mut |_, _| Ok(()), ahead: &|_| () };
-    each_frame_in_parts(reading, Jobs { first: 0, jobs }, workers, pauses).map(|(workers, _)| workers)
+    each_frame_in_parts(reading, jobs, workers, pauses).map(|(workers, _)| workers)
 }
 
 /// The same for some frames, with pauses, but none at the end. Returns the workers and all frames done.
 pub(crate) fn each_frame_in_parts<W: Worker>(
     reading: Reading<'_>,
-    jobs: Jobs,
+    jobs: Vec<Vec<usize>>,
     mut workers: Vec<W>,
     pauses: Pauses<'_, W>,
 ) -> Result<(Vec<W>, FrameSet), EvaluateError> {
     let Pauses { every, mut done, keep, ahead } = pauses;
-    let mut jobs = (jobs.first..).zip(jobs.jobs).peekable();
+    let mut jobs = jobs.into_iter().enumerate().peekable();
     loop {
         let until = every.map(|every| Instant::now() + every);
         let mut begun = false;

@@ -5,7 +5,7 @@
 use dmp_log::{LogSummary, ScanLog};
 use dmp_reduce::FrameSet;
 use dmp_revisit::apart::Ruler;
-use dmp_runs::{EvaluateError, Looks, Means, PlannedFrame, Progress, ReturnDraw, Selection, Settings};
+use dmp_runs::{EvaluateError, Means, PlannedFrame, Progress, ReturnDraw, Selection, Settings};
 use dmp_sensor::ReturnFilter;
 
 use crate::passes::frames::Reading;
@@ -20,8 +20,6 @@ pub(crate) struct Plan {
     pub(crate) filter: ReturnFilter,
     /// The voxel edge, and where returns lie.
     pub(crate) surveyed: Surveyed,
-    /// Which of the scans are scored.
-    pub(crate) looks: Looks,
     /// Which of their returns are cast.
     pub(crate) draw: ReturnDraw,
 }
@@ -52,12 +50,9 @@ impl Plan {
         surveyed: Surveyed,
         settings: &Settings,
     ) -> Self {
-        let all = selection.frames.len() as u64;
-        let looks = Looks::new(all, settings.sample, settings.seed, settings.decide.is_some());
-        // Of the smallest sample: the next ones hold it.
-        let returns = looks.frames(0).map(|ordinal| selection.frames[ordinal].returns).sum();
+        let returns = selection.frames.iter().map(|frame| frame.returns).sum();
         let draw = settings.returns.draw(returns, settings.seed);
-        Self { selection, filter, surveyed, looks, draw }
+        Self { selection, filter, surveyed, draw }
     }
 
     /// With what runs are laid against each other.

@@ -1,6 +1,6 @@
-//! Draws the places to read: as many as the byte budget allows.
+//! Draws the places to read: as many as the bytes allow.
 
-use dmp_runs::{Looks, Sample};
+use dmp_reduce::mixed;
 
 /// With fewer places intervals are wide, and on a long drive with few revisits too narrow: see
 /// `docs/accuracy.md`.
@@ -9,30 +9,65 @@ pub(crate) const FEW_PLACES: usize = 20;
 /// The numbers of `count` places that `seed` draws, ascending. It is a systematic sample of the revisited
 /// places followed by the others. So each kind has its share, evenly spread along the path. `revisited` has
 /// one flag per place.
-pub fn drawn_places(revisited: &[bool], count: usize, seed: u64) -> Vec<usize> {
+pub(super) fn drawn_places(revisited: &[bool], count: usize, seed: u64) -> Vec<usize> {
+    grown_places(revisited, count, 0, seed)
+}
+
+/// The same after `count` was doubled `doubled` times, or all places: a sample holds those with fewer.
+fn grown_places(revisited: &[bool], count: usize, doubled: u32, seed: u64) -> Vec<usize> {
     let of = |kind: bool| (0..revisited.len()).filter(move |&place| revisited[place] == kind);
     let order: Vec<usize> = of(true).chain(of(false)).collect();
-    let looks = Looks::new(order.len() as u64, Sample::Frames(count as u64), seed, false);
-    let mut drawn: Vec<usize> = looks.frames(0).map(|place| order[place]).collect();
+    let size = order.len().min(count << doubled);
+    // Twice as many steps are half as long. So the start becomes twice the fraction of a step, minus possibly a whole one.
+    let start = mixed(seed) << doubled;
+    let mut drawn: Vec<usize> = (0..size).map(|k| order[systematic(k, start, size, order.len())]).collect();
     drawn.sort_unstable();
     drawn
+}
+
+/// The `k`-th of `size` equal steps over `all` places, `start` / 2^64 steps after its beginning.
+fn systematic(k: usize, start: u64, size: usize, all: usize) -> usize {
+    let (size, all) = (size as u128, all as u128);
+    let along = ((k as u128) << 64) + u128::from(start);
+    // (k + start/2^64) · all / size, rounded down, without losing the high bits.
+    let (whole, rest) = (along / size, along % size);
+    ((whole * all + rest * all / size) >> 64) as usize
 }
 
 /// Draws as many places as fit `budget_bytes`, but at least [`FEW_PLACES`]; `bytes` has the size of every
 /// place. The number does not depend on which places are drawn, so a sample may exceed the budget; a margin
 /// of two standard deviations makes that rare.
 pub(super) fn draw(bytes: &[u64], revisited: &[bool], budget_bytes: u64, seed: u64) -> Vec<usize> {
-    let all = bytes.len();
-    let mean = bytes.iter().map(|&bytes| bytes as f64).sum::<f64>() / all.max(1) as f64;
-    let square = |bytes: &u64| (*bytes as f64 - mean) * (*bytes as f64 - mean);
-    let deviation = (bytes.iter().map(square).sum::<f64>() / all.max(1) as f64).sqrt();
-    let most = |count: &usize| {
-        let count = *count as f64;
-        count * mean + 2.0 * deviation * (count * (1.0 - count / all as f64)).sqrt()
-    };
-    let few = FEW_PLACES.min(all);
-    let count = (few..=all).rev().find(|count| most(count) <= budget_bytes as f64).unwrap_or(few);
+    let few = FEW_PLACES.min(bytes.len());
+    let mut counts = (few..=bytes.len()).rev();
+    let count = counts.find(|&count| most_bytes(bytes, count) <= budget_bytes as f64).unwrap_or(few);
     drawn_places(revisited, count, seed)
+}
+
+/// Growing samples: [`FEW_PLACES`], then twice as many as long as they fit `budget_bytes`. Each has the places that it adds
+/// to the one before.
+pub(super) fn growing(bytes: &[u64], revisited: &[bool], budget_bytes: u64, seed: u64) -> Vec<Vec<usize>> {
+    let (few, all) = (FEW_PLACES.min(bytes.len()), bytes.len());
+    let fits = |doubled: &u32| *doubled == 0 || most_bytes(bytes, few << doubled) <= budget_bytes as f64;
+    // More than half of the places cannot be doubled.
+    let doublings = (0..usize::BITS).take_while(|doubled| few << doubled <= all).take_while(fits);
+    let samples: Vec<Vec<usize>> =
+        doublings.map(|doubled| grown_places(revisited, few, doubled, seed)).collect();
+    let added = |look: usize| {
+        let is_new = |place: &&usize| look == 0 || samples[look - 1].binary_search(place).is_err();
+        samples[look].iter().filter(is_new).copied().collect()
+    };
+    (0..samples.len()).map(added).collect()
+}
+
+/// Bytes of so many places, and two standard deviations more.
+fn most_bytes(bytes: &[u64], count: usize) -> f64 {
+    let all = bytes.len().max(1) as f64;
+    let mean = bytes.iter().map(|&bytes| bytes as f64).sum::<f64>() / all;
+    let square = |bytes: &u64| (*bytes as f64 - mean) * (*bytes as f64 - mean);
+    let deviation = (bytes.iter().map(square).sum::<f64>() / all).sqrt();
+    let count = count as f64;
+    count * mean + 2.0 * deviation * (count * (1.0 - count / all)).max(0.0).sqrt()
 }
 
 #[cfg(test)]
@@ -98,5 +133,28 @@ mod tests {
         let expected = 4000.0 * 9.0 / 37.0;
         let scatter = f64::sqrt(expected * (1.0 - 9.0 / 37.0));
         assert!(times.iter().all(|&count| (f64::from(count) - expected).abs() < 5.0 * scatter), "{times:?}");
+    }
+
+    #[test]
+    fn growing_samples_hold_each_other_and_double() {
+        for (places, budget_bytes, sizes) in [
+            (1000, u64::MAX, &[20, 20, 40, 80, 160, 320][..]),
+            (1000, 8000, &[20, 20, 40]),
+            (1000, 0, &[20]),
+            (39, u64::MAX, &[20]),
+            (7, u64::MAX, &[7]),
+        ] {
+            let revisited: Vec<bool> = (0..places).map(|k| k % 3 == 0).collect();
+            for seed in 0..20 {
+                let looks = growing(&vec![100; places], &revisited, budget_bytes, seed);
+                assert_eq!(looks.iter().map(Vec::len).collect::<Vec<_>>(), sizes);
+                let mut all = looks.concat();
+                all.sort_unstable();
+                assert!(all.windows(2).all(|pair| pair[0] < pair[1]) && all.last() < Some(&places));
+                // Half of the places in the end: of both kinds, and evenly.
+                let kind = |of: bool| all.iter().filter(|&&place| revisited[place] == of).count() as f64;
+                assert!((kind(true) / all.len() as f64 - 1.0 / 3.0).abs() < 0.1);
+            }
+        }
     }
 }

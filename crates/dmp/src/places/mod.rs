@@ -14,10 +14,11 @@ use std::time::Instant;
 
 use dmp_log::{Damage, LogOutline};
 use dmp_map::Store;
+use dmp_reduce::{Comparison, Verdict};
 use dmp_report::{Pairing, PassTimes, Report};
 use dmp_runs::{
-    Config, EvaluateError, Heads, Looks, MapSource, Means, PosedRun, Remedy, Run, Sample, Selection,
-    SettingName, Settings, Watch, check_runs, own_frame, pool,
+    Config, EvaluateError, Heads, MapSource, Means, PosedRun, Run, Selection, SettingName, Settings, Watch,
+    apart_of, check_runs, own_frame, pool,
 };
 use dmp_sensor::DropReason;
 
@@ -25,9 +26,9 @@ use crate::means::peak;
 use crate::passes::{FuseTotals, MapFacts, Scored};
 use crate::results::{Findings, MapSummary, drops_in_words};
 use choice::Places;
-pub use draw::drawn_places;
+pub use choice::Quick;
 use drive::Drive;
-use pass::Pass;
+use pass::{Pass, PlaceSums};
 use scans::DriveScans;
 use way::Way;
 
@@ -35,7 +36,7 @@ use way::Way;
 const VAGUE_NS: i64 = 1_000_000_000;
 
 /// Scores `runs` on a sample of places of the log that `outline` describes, drawn by [`Config::seed`]. Reads
-/// about `share` of the log's bytes: the scans near these places, on every pass.
+/// about as much as `quick` says: the scans near these places, on every pass.
 ///
 /// A place is ten metres of the path with all passes over it. Its map uses the scans that any run puts within
 /// 35 m, one every four metres; its own scans, at the same spacing, are scored. Places are independent, so
@@ -49,30 +50,28 @@ pub fn evaluate_quick<'a>(
     outline: &'a LogOutline,
     runs: &'a [Run],
     config: &Config,
-    share: f64,
+    quick: Quick,
     watch: impl Into<Watch<'a>>,
 ) -> Result<Report, EvaluateError> {
     let watch = watch.into();
     let (settings, means) = config.on(outline.summary())?;
-    check(runs, &settings, &means, share)?;
+    check(runs, &settings, &means, quick)?;
     let start = Instant::now();
     let read_before = outline.bytes_read();
     let heads = Heads::Outline(outline);
     let (selection, drive, placed) = placed(outline, runs, &settings)?;
     let scans = DriveScans::new(outline, &drive, &placed);
     let way = Way::new(&scans);
-    let sample = Places::choose(&scans, &way, settings.seed, share)?;
+    let sample = Places::choose(&scans, &way, settings.seed, quick)?;
 
     // The same returns z and voxels for every run and every place.
-    let (all, drawn) = (sample.total as u64, sample.drawn.len() as u64);
-    let looks = Looks::new(all, Sample::Frames(drawn), settings.seed, false);
     let pool = pool(means.threads)?;
-    let (plan, largest_scan) = survey::look(&scans, selection, looks, &settings, (&pool, watch.progress))?;
+    let (plan, largest_scan) = survey::look(&scans, selection, &settings, (&pool, watch.progress))?;
     drop(pool);
     let plan_s = start.elapsed().as_secs_f64();
 
     // Every place is scored like a separate log: its own map and sums. Places are the units of the sampling
-    // error.
+    // error. All looks share the error rate (Bonferroni's inequality).
     let pass = Pass {
         scans: &scans,
         plan: &plan,
@@ -82,7 +81,17 @@ pub fn evaluate_quick<'a>(
         means: &means,
         watch,
     };
-    let (reducer, totals, threads) = pass.run(&sample.drawn, all)?;
+    let confidence = settings.confidence.of_each_look(sample.looks.len() as u32);
+    let ruler = plan.ruler(outline.summary(), &settings);
+    let is_open = |pair: &Comparison| {
+        let apart = || apart_of(plan.frames(), [pair.a, pair.b].map(|run| &placed[run]), &ruler);
+        matches!(pair.verdict, Verdict::Undecided { .. })
+            && !apart().is_some_and(|apart| apart.is_same(pair.basis, settings.same_within_m))
+    };
+    let sums = pass.run(&sample.looks, sample.total as u64, |reducer| {
+        !reducer.comparisons(confidence).pairs.iter().any(is_open)
+    })?;
+    let PlaceSums { reducer, totals, looks, threads } = sums;
     let mut counts = totals.scored;
     counts.add_dropped(DropReason::ScanNotSampled, totals.fused.total().saturating_sub(counts.total()));
     counts.add_dropped(DropReason::ScanWithoutPose, totals.unposed_returns);
@@ -108,10 +117,9 @@ pub fn evaluate_quick<'a>(
     let tiles_in_reach = totals.maps.iter().map(|map| map.tiles).sum();
     let scored = Scored {
         frames: totals.scans_scored,
-        places: Some(sample.report(&way, share, totals.scans_read, bytes_read)),
+        places: Some(sample.report(&way, (quick, looks), totals.scans_read, bytes_read)),
         scan_of_unit: sample.middles,
-        looks: vec![reducer.frames_added()],
-        confidence: settings.confidence,
+        confidence,
         counts,
         odd_scans: Vec::new(),
         copied_scans: Vec::new(),
@@ -140,8 +148,8 @@ pub fn evaluate_quick<'a>(
     Ok(report)
 }
 
-/// Approximate number of bytes of the log that [`evaluate_quick`] reads for these runs; bytes read twice
-/// count twice. It is computed from the index and the trajectories; no scan is read.
+/// Approximate number of bytes of the log that [`evaluate_quick`] reads for these runs, where it grows for the first
+/// look; bytes read twice count twice. It is computed from the index and the trajectories; no scan is read.
 ///
 /// # Errors
 /// As [`evaluate_quick`].
@@ -149,13 +157,13 @@ pub fn quick_reads(
     outline: &LogOutline,
     runs: &[Run],
     config: &Config,
-    share: f64,
+    quick: Quick,
 ) -> Result<u64, EvaluateError> {
     let (settings, means) = config.on(outline.summary())?;
-    check(runs, &settings, &means, share)?;
+    check(runs, &settings, &means, quick)?;
     let (_, drive, placed) = placed(outline, runs, &settings)?;
     let scans = DriveScans::new(outline, &drive, &placed);
-    Ok(Places::choose(&scans, &Way::new(&scans), settings.seed, share)?.bytes)
+    Ok(Places::choose(&scans, &Way::new(&scans), settings.seed, quick)?.bytes)
 }
 
 /// The scans in use, those of them that all runs have, and the runs without maps.
@@ -167,7 +175,7 @@ fn placed<'a>(
     runs: &'a [Run],
     settings: &Settings,
 ) -> Result<Placed<'a>, EvaluateError> {
-    check_runs(runs, settings)?;
+    check_runs(runs)?;
     let heads = Heads::Outline(outline);
     let stores = runs.iter().map(|_| None).collect();
     let selection = Selection::new(heads, settings)?;
@@ -195,24 +203,19 @@ fn all_damage(outline: &LogOutline, mut of_places: Vec<(usize, Damage)>) -> Vec<
 }
 
 /// Rejects settings that a sample of places does not support.
-fn check(runs: &[Run], settings: &Settings, means: &Means, share: f64) -> Result<(), EvaluateError> {
+fn check(runs: &[Run], settings: &Settings, means: &Means, quick: Quick) -> Result<(), EvaluateError> {
     let bad = |value: String, why| Err(EvaluateError::setting(SettingName::Quick, value, why));
-    let sample_scans = |value, why| {
-        let (setting, remedy) = (SettingName::Quick, Some(Remedy::SampleScans));
-        Err(EvaluateError::Setting { setting, value, why, remedy })
-    };
-    if !(share > 0.0 && share <= 1.0) {
+    if let Quick::Share(share) = quick
+        && !(share > 0.0 && share <= 1.0)
+    {
         return bad(format!("{share}"), "it must be a share of the log's bytes above 0 and at most 1");
     }
     let lengths = settings.scales.lengths();
     if !lengths.has_quick {
-        return sample_scans(format!("of a {}", lengths.name), "its places of 10 m are for drives");
+        return bad(format!("of a {}", lengths.name), "its places of 10 m are for drives");
     }
     if runs.iter().any(|run| run.map != MapSource::Fused) {
-        return sample_scans("with a given map".into(), "it makes the maps of places itself");
-    }
-    if settings.sample != Sample::All || settings.decide.is_some() {
-        return bad("with a sample of scans".into(), "choose one of them");
+        return bad("with a given map".into(), "it makes the maps of places itself");
     }
     if means.save_maps.is_some() || means.checkpoint_every.is_some() || means.resume {
         return bad("with a setting for whole maps".into(), "it makes maps of places only");

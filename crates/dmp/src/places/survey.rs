@@ -1,7 +1,7 @@
 //! Surveys what is common to all places: the vehicle, the voxel edge, and where returns lie.
 
 use dmp_log::{LogOutline, ScanLog};
-use dmp_runs::{EvaluateError, Looks, PlannedFrame, Progress, Selection, Settings};
+use dmp_runs::{EvaluateError, PlannedFrame, Progress, Selection, Settings};
 
 use super::scans::DriveScans;
 use crate::drawn::spread;
@@ -19,7 +19,6 @@ pub(super) fn bytes(outline: &LogOutline) -> u64 {
 pub(super) fn look(
     scans: &DriveScans<'_>,
     selection: Selection,
-    looks: Looks,
     settings: &Settings,
     (pool, progress): (&rayon::ThreadPool, &dyn Progress),
 ) -> Result<(Plan, u64), EvaluateError> {
@@ -31,5 +30,5 @@ pub(super) fn look(
     let largest_scan = log.frames().iter().map(|frame| frame.returns).max().unwrap_or(0);
     // The scans of a place are few: by default their returns are all cast.
     let draw = settings.returns.draw(0, settings.seed);
-    Ok((Plan { selection, filter, surveyed, looks, draw }, largest_scan))
+    Ok((Plan { selection, filter, surveyed, draw }, largest_scan))
 }

@@ -100,8 +100,7 @@ impl Findings<'_> {
             sampling: SamplingReport {
                 frames_scored: scored.frames,
                 frames_total: plan.frames().len() as u64,
-                seed: (plan.looks.is_sampled() || plan.draw.one_in() > 1).then_some(settings.seed),
-                looks: settings.decide.is_some().then(|| scored.looks.clone()),
+                seed: (scored.places.is_some() || plan.draw.one_in() > 1).then_some(settings.seed),
                 returns_one_in: plan.draw.one_in(),
                 places: scored.places,
             },
@@ -272,7 +271,6 @@ impl Findings<'_> {
                 log_likelihood: &|run| self.log_likelihood(scored.reducer.sums(run)),
                 scan_of_unit: &|unit| scored.scan_of_unit[unit as usize] as u64,
                 scales: config.scales,
-                of_places: scored.places.is_some(),
             },
             apart,
         )

@@ -1,6 +1,6 @@
 //! What a reader must know before believing a report: when it warns, and the sentences.
 
-use dmp_report::{InputReport, PairReport, PlacesReport, Report, RunReport, SamplingReport, Withheld};
+use dmp_report::{InputReport, PairReport, PlacesReport, Report, RunReport, Withheld};
 use std::fmt::Display;
 
 use dmp_lengths::thousands;
@@ -22,8 +22,6 @@ const VEHICLE_SUSPECT: f64 = 0.05;
 const IMPLAUSIBLE_SUSPECT: f64 = 0.05;
 /// Scans, rows of them, or jumps of their stamps that are named.
 const MOST_NAMED: usize = 5;
-/// Frames below which a sample has no intervals.
-const FRAMES_NEEDED: u64 = 4;
 /// How much more may be read for places than was asked for before that is worth a warning.
 const OVER_ASKED: f64 = 1.1;
 /// Frames below which intervals come from few batches.
@@ -113,9 +111,11 @@ fn of_run(run: &RunReport) -> Vec<String> {
         ));
     }
     if let Some(share) = run.coverage_revisit.filter(|_| run.has_few_revisits()) {
-        let seen =
-            if share > 0.0 { format!("{:.1} % of points", 100.0 * share) } else { "no point".to_owned() };
-        warnings.push(format!("{seen} seen on two visits: drift cannot be judged"));
+        warnings.push(if share > 0.0 {
+            format!("{:.1} % of points seen on two visits: scores hardly show drift", 100.0 * share)
+        } else {
+            "no point seen on two visits: scores cannot show drift".to_owned()
+        });
     }
     if run.map.map_points_dropped > 0 {
         let count = thousands(run.map.map_points_dropped);
@@ -188,11 +188,7 @@ fn of_report<M>(report: &Report, plan: &Plan, runs: &[PosedRun<'_, M>]) -> Vec<S
         }
     }
     warnings.extend(of_drops(inputs));
-    let SamplingReport { frames_scored: scored, frames_total, .. } = report.sampling;
-    if scored < frames_total && scored < FRAMES_NEEDED {
-        let scored = thousands(scored);
-        warnings.push(format!("a sample of {scored} scans has no intervals: {FRAMES_NEEDED} are needed"));
-    }
+    let frames_total = report.sampling.frames_total;
     if let Some(places) = &report.sampling.places {
         warnings.extend(of_places(places, inputs.bytes));
     }
@@ -265,7 +261,7 @@ fn of_places(places: &PlacesReport, log_bytes: u64) -> Vec<String> {
         ));
     }
     let share = places.bytes_read.map_or(0.0, |bytes| bytes as f64 / log_bytes.max(1) as f64);
-    if share > OVER_ASKED * places.share_asked {
+    if places.share_asked.is_some_and(|asked| share > OVER_ASKED * asked) {
         let why = if places.are_fewest {
             format!("{} places are the minimum, and the log is short", thousands(places.drawn))
         } else {

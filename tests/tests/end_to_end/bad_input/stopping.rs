@@ -64,7 +64,7 @@ const STOPPED: &str = "error: stopped before the end";
 fn row_24_long_steps_stop_midway_and_leave_nothing() {
     let town = Town::new();
     town.make("simulate town -o town.mcap --truth truth.tum --scans 400 --quiet");
-    town.make("score town.mcap -t truth.tum --sample 100 --residuals cloud.laz --quiet");
+    town.make("score town.mcap -t truth.tum --every 4 --residuals cloud.laz --quiet");
     for arguments in [
         "calibrate town.mcap -t truth.tum",
         "drift town.mcap -t truth.tum",

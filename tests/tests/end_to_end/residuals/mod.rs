@@ -185,7 +185,7 @@ fn scans_without_stamps_are_written_as_points_alone() {
     done(path, "convert log @/town.mcap -o town --to bin --quiet");
     fs::remove_file(path.join("town/times.txt")).unwrap();
     write(path, "run.txt", &"1 0 0 0 0 1 0 0 0 0 1 0\n".repeat(100));
-    let score = "score town -t run.txt --point-time ignore --sample 5";
+    let score = "score town -t run.txt --point-time ignore --every 20";
     refused(path, &format!("{score} --residuals out.mcap"), 2, &["out.mcap", "no stamps", ".laz"]);
     refused(path, &format!("{score} --scene out.mcap"), 2, &["out.mcap", "no stamps", "--report"]);
     json(path, &format!("{score} --residuals out.ply --per-frame frames.csv"));

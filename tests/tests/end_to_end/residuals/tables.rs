@@ -72,7 +72,7 @@ fn a_map_that_was_given_predicts_by_its_nearest_surfel() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     once(crate::map_command::BUILD).copy("truth.dmpmap", path);
-    let score = &format!("{SCORE} -t @/truth.tum --map truth.dmpmap --sample 10");
+    let score = &format!("{SCORE} -t @/truth.tum --map truth.dmpmap --every 10");
     let report = json(path, &format!("{score} --residuals out.ply --per-frame frames.csv"));
     let rows = ply_rows(&path.join("out.ply"));
     let same = |row: &ScoredPoint| row.signed_residual_m.to_bits() == row.nearest_residual_m.to_bits();

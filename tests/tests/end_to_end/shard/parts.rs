@@ -19,7 +19,7 @@ fn any_number_of_parts_gives_the_bits_of_one_process() {
     for (k, (options, counts)) in [
         ("-t again=truth.tum", [3, 2, 7, 2]),
         ("--drift --every 2 --voxel 0.3 --memory 64MiB", [1, 5, 1, 3]),
-        ("--sample 40% --returns 1/3 --segment 2s --drift=4", [2, 1, 3, 1]),
+        ("--returns 1/3 --segment 2s --drift=4", [2, 1, 3, 1]),
         ("--drift=none", [7, 3, 1, 1]),
     ]
     .into_iter()
@@ -227,7 +227,6 @@ fn what_needs_a_whole_score_is_refused_in_parts() {
     let folder = folder.path();
     town_in(folder);
     for (options, words) in [
-        ("--decide", ["decide in parts", "results of all parts"]),
         ("--quick", ["--quick in parts", "use `dmp score`"]),
         ("--report a.html", ["--report in parts", "single returns"]),
         ("--scene a.mcap", ["--scene in parts", "single returns"]),

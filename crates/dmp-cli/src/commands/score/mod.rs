@@ -34,7 +34,6 @@ pub(crate) static SPEC: Spec = Spec {
             dmp score kitti/07/ -t poses.txt --every 5 --memory 2GiB\n  \
             dmp score city.mcap -t run.tum --resume\n  \
             dmp score city.mcap -t a.tum -t b.tum --quick\n  \
-            dmp score city.mcap -t a.tum -t b.tum -t c.tum --decide=a,b\n  \
             dmp score drive.mcap -t run.tum --map survey.laz --json > scores.json\n  \
             dmp score drive.mcap -t a.tum -t b.tum --report out.html --scene out.mcap --per-frame frames.csv\n  \
             dmp score drive.mcap -t topic:/odom -t slam=slam.mcap:/slam/path\n  \
@@ -94,7 +93,7 @@ pub(crate) fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::
     let gate_args = GateArgs::from_arg_matches(asked.matches())?;
     let gates = gate_args.start(&started.names())?;
     let quick = asked.get(&scoring::QUICK);
-    let quick = quick.map(|share| quick::score(asked, &log, &config, share, common)).transpose()?;
+    let quick = quick.map(|quick| quick::score(asked, &log, &config, quick, common)).transpose()?;
     let (report, damaged, recorded) = if let Some((report, damaged)) = quick.flatten() {
         (report, damaged, None)
     } else {

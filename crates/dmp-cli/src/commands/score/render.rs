@@ -114,7 +114,8 @@ fn drift_of_runs(
 fn what_went_in(report: &Report) -> Vec<String> {
     let mut lines = vec![settings(report)];
     lines.extend(report.inputs.without_checksums().map(|note| format!("log: {note}")));
-    lines.extend(sampling::in_words(&report.sampling));
+    let sampled = &report.sampling;
+    lines.extend(sampled.places.map(|places| sampling::places_in_words(sampled, &places)));
     for run in &report.inputs.runs {
         lines.extend(run.map_notes.iter().map(|note| format!("map of {}: {note}", run.name)));
     }

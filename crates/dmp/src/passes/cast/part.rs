@@ -8,7 +8,7 @@ use super::checkpoint::Casting;
 use super::pass::{Scored, Sums};
 use super::worker::{CastWorker, OwnTileSums};
 use crate::passes::evaluation::Evaluation;
-use crate::passes::frames::{Jobs, Pauses, each_frame_in_parts, jobs_of};
+use crate::passes::frames::{Pauses, each_frame_in_parts, jobs_of};
 
 impl Evaluation<'_, RunCaster> {
     /// Casts the drawn returns of some frames into every run's map; returns the sums.
@@ -23,7 +23,7 @@ impl Evaluation<'_, RunCaster> {
         let schedule = tiles.schedule.get_or_init(|| self.schedule(&mut jobs.iter()));
         self.progress.begin(Stage::Cast, self.plan.returns_of(wanted));
         let (workers, _) = tiles.with_prefetch(&self.runs, self.means.threads, schedule, |ahead| {
-            let (jobs, done) = (Jobs { first: 0, jobs }, FrameSet::default());
+            let done = FrameSet::default();
             let pauses = Pauses { every: None, done, keep: &mut |_, _| Ok(()), ahead };
             each_frame_in_parts(reading, jobs, workers, pauses)
         })?;
@@ -52,8 +52,7 @@ impl<M> Evaluation<'_, M> {
             sums.shapes.extend(shapes);
             sums.marks.extend(marks);
         }
-        let unused = self.plan.looks.frames(0).filter(|&ordinal| !self.uses(ordinal)).count();
-        sums.reducer.add_empty_frames(unused as u64)?;
+        sums.reducer.add_empty_frames(self.unused_frames())?;
         self.scored(sums)
     }
 }

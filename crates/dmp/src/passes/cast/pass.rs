@@ -3,9 +3,9 @@
 use std::collections::HashMap;
 
 use dmp_map::{Lattice, TileId};
-use dmp_reduce::{Basis, Comparison, Confidence, FrameSet, Layout, Reducer, RunSums, Verdict};
+use dmp_reduce::{Basis, Confidence, FrameSet, Layout, Reducer, RunSums};
 use dmp_report::PlacesReport;
-use dmp_runs::{EvaluateError, Stage, apart_of};
+use dmp_runs::{EvaluateError, Stage};
 use dmp_sensor::ReturnCounts;
 
 use super::casters::{RunCaster, SharedTiles, bases};
@@ -15,7 +15,7 @@ use super::odd::{OddScans, in_rows, odd_scans};
 use super::worker::{CastWorker, OwnTileSums};
 use crate::drawn::ScanShape;
 use crate::passes::evaluation::Evaluation;
-use crate::passes::frames::{Jobs, Pauses, Reading, each_frame_in_parts, each_frame_of, jobs_of};
+use crate::passes::frames::{Pauses, Reading, each_frame_in_parts, each_frame_of, jobs_of};
 use crate::passes::fuse::KeptMaps;
 use crate::passes::schedule::Schedule;
 
@@ -29,9 +29,7 @@ pub(crate) struct Scored {
     pub(crate) places: Option<PlacesReport>,
     /// For every unit of the reducer its number in the log: of a scan, or of the scan in a place's middle.
     pub(crate) scan_of_unit: Vec<usize>,
-    /// Number of frames scored at each look for a decision; with a decision requested, the last is the total.
-    pub(crate) looks: Vec<u64>,
-    /// How sure the verdicts of the last look are together.
+    /// How sure the verdicts are together.
     pub(crate) confidence: Confidence,
     pub(crate) counts: ReturnCounts,
     /// Scans of a log without checksums that are unlike the others.
@@ -46,17 +44,6 @@ pub(crate) struct Scored {
     pub(crate) tile_visits: u64,
     /// The grid of the maps.
     pub(crate) lattice: Lattice,
-}
-
-/// The frames that a look adds to the one before.
-struct Look {
-    /// Frames scored after it, and how many it adds that no run has a pose for: they have no returns.
-    size: u64,
-    unused: u64,
-    /// Returns that it adds, and how many of these are already done.
-    returns: u64,
-    returns_done: u64,
-    jobs: Vec<Vec<usize>>,
 }
 
 /// The partial sums of an evaluation.
@@ -114,49 +101,34 @@ impl Sums {
 }
 
 impl Evaluation<'_, RunCaster> {
-    /// Casts the drawn returns of the sample into every run's map and reduces the residuals, in one pass over the
-    /// log. Resumes from a checkpoint; `maps` are stored before the first checkpoint of its own. If a
-    /// decision is requested, samples grow until it is made.
+    /// Casts the drawn returns into every run's map and reduces the residuals, in one pass over the log. Resumes from a
+    /// checkpoint; `maps` are stored before the first checkpoint of its own.
     ///
     /// # Errors
     /// When the log or a map cannot be read.
     pub(crate) fn cast(&self, tiles: &SharedTiles, maps: &KeptMaps) -> Result<Scored, EvaluateError> {
         let layout = self.layout();
-        let (before, mut done) = self.before(&layout)?;
+        let (before, done) = self.before(&layout)?;
 
         let mut keep = |workers: &[CastWorker<'_>], done: &FrameSet| {
             maps.keep(&self.work)?;
             self.work.save(&before.with(workers)?.kept(done.clone()))
         };
-        let mut workers = (0..self.means.threads).map(|_| CastWorker::new(self, &layout)).collect();
+        let workers = (0..self.means.threads).map(|_| CastWorker::new(self, &layout)).collect();
         let reading = self.drawn_reading();
-        let looks: Vec<Look> = self.looks(reading, &done);
-        let schedule =
-            tiles.schedule.get_or_init(|| self.schedule(&mut looks.iter().flat_map(|look| &look.jobs)));
-        let every = self.work.every();
-        let (mut first, mut unused) = (0, 0);
-        tiles.with_prefetch(&self.runs, self.means.threads, schedule, |ahead| {
-            for look in looks {
-                self.progress.begin(Stage::Cast, look.returns);
-                self.progress.advance(look.returns_done);
-                let jobs = Jobs { first, jobs: look.jobs };
-                first += jobs.jobs.len();
-                let pauses = Pauses { every, done: std::mem::take(&mut done), keep: &mut keep, ahead };
-                (workers, done) = each_frame_in_parts(reading, jobs, std::mem::take(&mut workers), pauses)?;
-                unused += look.unused;
-                let mut reducer = before.with(&workers)?.reducer;
-                reducer.add_empty_frames(unused)?;
-                // A resumed checkpoint was undecided.
-                if reducer.frames_added() == look.size && self.is_decided(&reducer) {
-                    break;
-                }
-            }
-            Ok::<_, EvaluateError>(())
+        let jobs = jobs_of(reading, |ordinal| self.uses(ordinal) && !done.contains(ordinal));
+        let count = jobs.len();
+        let schedule = tiles.schedule.get_or_init(|| self.schedule(&mut jobs.iter()));
+        self.progress.begin(Stage::Cast, self.plan.frames().iter().map(|frame| frame.returns).sum());
+        self.progress.advance(self.plan.returns_of(&done));
+        let (workers, _) = tiles.with_prefetch(&self.runs, self.means.threads, schedule, |ahead| {
+            let pauses = Pauses { every: self.work.every(), done, keep: &mut keep, ahead };
+            each_frame_in_parts(reading, jobs, workers, pauses)
         })?;
-        let (tiles_in_reach, tile_visits) = schedule.tiles_and_visits(first);
+        let (tiles_in_reach, tile_visits) = schedule.tiles_and_visits(count);
         let tile_loads = self.runs[0].map.caster.tile_loads();
         let mut sums = before.with(&workers)?;
-        sums.reducer.add_empty_frames(unused)?;
+        sums.reducer.add_empty_frames(self.unused_frames())?;
         let scored = self.scored(sums)?;
         Ok(Scored { tile_loads, tiles_in_reach, tile_visits, ..scored })
     }
@@ -201,31 +173,6 @@ impl Evaluation<'_, RunCaster> {
         self.layout_for(bases(&self.runs))
     }
 
-    /// The frames to read for each possible look.
-    fn looks(&self, reading: Reading<'_>, done: &FrameSet) -> Vec<Look> {
-        let frames = self.plan.frames();
-        let look = |(number, &size): (usize, &u64)| {
-            let added = self.plan.looks.added(number);
-            let is_added = |ordinal: usize| added.contains(ordinal) && self.uses(ordinal);
-            let returns = |is_in: &dyn Fn(usize) -> bool| {
-                (0..frames.len())
-                    .filter(|&ordinal| is_in(ordinal))
-                    .map(|ordinal| frames[ordinal].returns)
-                    .sum()
-            };
-            Look {
-                size,
-                unused: (0..frames.len())
-                    .filter(|&ordinal| added.contains(ordinal) && !self.uses(ordinal))
-                    .count() as u64,
-                returns: returns(&is_added),
-                returns_done: returns(&|ordinal| is_added(ordinal) && done.contains(ordinal)),
-                jobs: jobs_of(reading, |ordinal| is_added(ordinal) && !done.contains(ordinal)),
-            }
-        };
-        self.plan.looks.sizes().iter().enumerate().map(look).collect()
-    }
-
     /// The sums so far, and the frames they cover.
     fn before(&self, layout: &Layout) -> Result<(Sums, FrameSet), EvaluateError> {
         let kept = if self.sink.wants_every_return() { None } else { self.work.load::<Casting>()? };
@@ -252,15 +199,13 @@ impl<M> Evaluation<'_, M> {
     pub(super) fn scored(&self, sums: Sums) -> Result<Scored, EvaluateError> {
         let Sums { reducer, counts, tiles, shapes, marks } = sums;
         let (odd_scans, copied_scans) = (self.odd_scans(shapes), self.copied_scans(marks));
-        let confidence = self.confidence(&reducer);
         let frames = reducer.frames_added();
         Ok(Scored {
             reducer,
             frames,
             places: None,
             scan_of_unit: self.plan.frames().iter().map(|frame| frame.number).collect(),
-            looks: self.plan.looks.sizes().iter().copied().filter(|&size| size <= frames).collect(),
-            confidence,
+            confidence: self.settings.confidence,
             counts,
             odd_scans,
             copied_scans,
@@ -272,27 +217,9 @@ impl<M> Evaluation<'_, M> {
         })
     }
 
-    /// How sure verdicts on a reducer's frames are together: the looks share the error rate.
-    fn confidence(&self, reducer: &Reducer) -> Confidence {
-        self.plan.looks.confidence(reducer.frames_added(), self.settings.confidence)
-    }
-
-    /// Whether everything requested is decided; false if nothing was.
-    fn is_decided(&self, reducer: &Reducer) -> bool {
-        let Some(decide) = &self.settings.decide else { return false };
-        let matters = |pair: &Comparison| {
-            let (one, other) = (self.runs[pair.a].name(), self.runs[pair.b].name());
-            let is_that = |(a, b): &(String, String)| (a == one && b == other) || (b == one && a == other);
-            decide.pair.as_ref().is_none_or(is_that)
-        };
-        let ruler = self.plan.ruler(self.log.summary(), &self.settings);
-        let is_same = |pair: &Comparison| {
-            let apart = apart_of(self.plan.frames(), [pair.a, pair.b].map(|run| &self.runs[run]), &ruler);
-            apart.is_some_and(|apart| apart.is_same(pair.basis, self.settings.same_within_m))
-        };
-        let is_open = |pair: &Comparison| matches!(pair.verdict, Verdict::Undecided { .. });
-        let comparisons = reducer.comparisons(self.confidence(reducer));
-        !comparisons.pairs.iter().any(|pair| matters(pair) && is_open(pair) && !is_same(pair))
+    /// Frames that no run has a pose for: they have no returns.
+    pub(super) fn unused_frames(&self) -> u64 {
+        (0..self.plan.frames().len()).filter(|&ordinal| !self.uses(ordinal)).count() as u64
     }
 
     /// The scans unlike the others, if all were scored.

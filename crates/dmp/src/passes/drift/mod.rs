@@ -55,7 +55,7 @@ pub fn measure_drift<'a>(
 impl<M> Evaluation<'_, M> {
     /// Whether drift is measured beside a score.
     pub(crate) fn measures_drift(&self) -> bool {
-        self.settings.drift.most(usize::MAX, self.plan.looks.is_sampled()) > 0
+        self.settings.drift.most(usize::MAX) > 0
     }
 
     /// Measures the drift of every run.
@@ -128,7 +128,7 @@ impl<'e> Revisits<'e> {
         let visits = run.path.visits().iter().map(visit).collect();
         let places = run.path.places_of_visits(|ordinal| run.poses.of_frame(&frames[ordinal]));
         let found = places.pairs(settings.drift_near_m(), is_camera);
-        let most = settings.drift.most(run.path.segments.starts.len(), plan.looks.is_sampled());
+        let most = settings.drift.most(run.path.segments.starts.len());
         let pairs = spread(found.len(), most).into_iter().map(|k| found[k]).collect();
         let metre_m = settings.metre_m();
         let is_rough = run.poses.jitter_m(REACH_M * metre_m) > ROUGH_M * metre_m;

@@ -52,7 +52,7 @@ impl<M: Sync + Send> Evaluation<'_, M> {
 
     /// Peak disk use: checkpoints keep partial sums until the end.
     fn disk_need(&self, sounding: &Sounding) -> DiskNeed {
-        let (plan, means, runs) = (&self.plan, &self.means, &sounding.runs);
+        let (means, runs) = (&self.means, &sounding.runs);
         let budget_bytes = MapFuser::tiles_bytes(self.work.budget().map_bytes(runs.len())) as f64;
         let fuse_s = self.returns() as f64 * runs.len() as f64 * FUSE_S / means.threads as f64;
         let pauses = means.checkpoint_every.map_or(0.0, |every| fuse_s / every.as_secs_f64().max(1e-3));
@@ -64,9 +64,7 @@ impl<M: Sync + Send> Evaluation<'_, M> {
         let twice =
             if means.checkpoint_every.is_none() { (MAP_SURFEL_BYTES * largest) as u64 } else { map_bytes };
         let saved = u64::from(means.save_maps.is_some());
-        let sizes = plan.looks.sizes();
-        let scored = sizes.last().map_or(1.0, |&size| size as f64 / plan.frames().len().max(1) as f64);
-        let watched = self.sink.work_bytes((scored * self.returns() as f64) as u64);
+        let watched = self.sink.work_bytes(self.returns());
         let share: f64 = self.to_keep().iter().flatten().map(Choice::share).sum();
         let drawn = (DRAWN_BYTES * share * self.returns() as f64) as u64;
         let work = map_bytes * (1 - saved) + twice + aside_bytes + watched + drawn;

@@ -77,10 +77,9 @@ impl<'a> Evaluation<'a, Option<Store>> {
 impl<M> Evaluation<'_, M> {
     /// What is kept of the scans while they are fused: of a long log, whose returns are not all cast. A short one is read again.
     pub(crate) fn to_keep(&self) -> [Option<Choice>; 2] {
-        let (plan, all) = (&self.plan, self.plan.frames().len() as u64);
-        let is_share_of_all = plan.draw.one_in() > 1 && plan.looks.sizes() == [all];
+        let plan = &self.plan;
         let chosen = [Choice::ToFollow(Followed::of(plan.frames())), Choice::ToCast(plan.draw)];
-        chosen.map(|choice| is_share_of_all.then_some(choice))
+        chosen.map(|choice| (plan.draw.one_in() > 1).then_some(choice))
     }
 
     fn kept_returns(&self) -> Result<KeptReturns, EvaluateError> {

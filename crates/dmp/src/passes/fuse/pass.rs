@@ -7,7 +7,7 @@ use dmp_sensor::{ReturnCounts, Scan};
 
 use super::checkpoint::Fusing;
 use crate::passes::evaluation::Evaluation;
-use crate::passes::frames::{Jobs, Pauses, Worker, each_frame_in_parts, jobs_of};
+use crate::passes::frames::{Pauses, Worker, each_frame_in_parts, jobs_of};
 
 /// The source of a run's map.
 pub(super) enum Making<G> {
@@ -65,7 +65,6 @@ impl<G: Sync> FusePass<'_, G> {
             self.evaluation.uses(ordinal) && self.frames.is_none_or(|frames| frames.contains(ordinal))
         };
         let jobs = jobs_of(reading, |ordinal| is_wanted(ordinal) && !pauses.done.contains(ordinal));
-        let jobs = Jobs { first: 0, jobs };
         let (workers, done) = each_frame_in_parts(reading, jobs, workers, pauses)?;
         if work.due() {
             put_down(&workers, &done)?;

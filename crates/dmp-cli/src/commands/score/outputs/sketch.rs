@@ -6,7 +6,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-use dmp::{Basis, FrameSums, MapSource, Report, Run, Sample, Scales, ScoredReturns, ScoredRun, Settings};
+use dmp::{Basis, FrameSums, MapSource, Report, Run, Scales, ScoredReturns, ScoredRun, Settings};
 use dmp_draw::{FrameScore, Pictures, SampledReturn, SeenFrame};
 use dmp_log::ScanLog;
 use dmp_map::Store;
@@ -21,8 +21,6 @@ use crate::console::Hosted;
 
 /// Returns that are drawn, about: what a page can show.
 const RETURNS: u64 = 1_000_000;
-/// Of a sample that grows until it decides, if it grows to all scans: with fewer scans there are to be some to see.
-const DECIDING_RETURNS: u64 = 4_000_000;
 
 /// Gathers what is drawn.
 #[derive(Debug)]
@@ -71,23 +69,14 @@ impl Sketch {
         // As pairs are judged: by what is known of both maps.
         let all_fused = runs.iter().all(|run| run.map == MapSource::Fused);
         let basis = if all_fused { Basis::CrossValidated } else { Basis::Near };
-        let (scans, returns) =
-            log.frames().iter().fold((0_u64, 0), |(n, sum), frame| (n + 1, sum + frame.returns));
-        let (scans, returns) = (scans as f64 / settings.every as f64, returns as f64 / settings.every as f64);
-        let (scored, drawn) = match (&settings.sample, &settings.decide) {
-            (_, Some(_)) => (scans, DECIDING_RETURNS),
-            (Sample::Frames(frames), None) => (*frames as f64, RETURNS),
-            (Sample::Share(share), None) => (share * scans, RETURNS),
-            (Sample::All, None) => (scans, RETURNS),
-        };
-        let scored_returns = returns * (scored / scans.max(1.0)).min(1.0);
-        let expected = scored_returns / settings.returns.draw(scored_returns as u64, 0).one_in() as f64;
+        let returns = log.frames().iter().map(|frame| frame.returns).sum::<u64>() / settings.every as u64;
+        let expected = returns / settings.returns.draw(returns, 0).one_in() as u64;
         Ok(Self {
             host: host.clone(),
             wanted,
             bases: vec![basis; runs.len()],
             scales: settings.scales,
-            every: ((expected / drawn as f64).ceil() as u64).max(1),
+            every: expected.div_ceil(RETURNS).max(1),
             frames: Mutex::default(),
             spool: Mutex::new(Some(Spool::new(folder)?)),
             drawn: Mutex::default(),
