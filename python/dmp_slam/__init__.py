@@ -14,7 +14,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from . import convert, simulate, truth
-from ._commands import calibrate, compare, drift, info, loops, quick, repair
+from ._commands import calibrate, compare, drift, info, loops, repair
 from ._core import Table, __version__
 from ._map import Hits, Map, Surfels
 from ._poses import Poses
@@ -52,7 +52,6 @@ __all__ = [
     "drift",
     "info",
     "loops",
-    "quick",
     "race",
     "repair",
     "residuals",

@@ -16,17 +16,6 @@ from ._scans import Log
 from ._score import score
 
 
-@documented("score")
-def quick(
-    log: Log, runs: Runs, *, share: Any = True, progress: Progress = None, cancel: Event | None = None, **settings: Any
-) -> Result:
-    """Scores runs on a sample of places, for which little of the log is read: ``dmp score --quick``.
-
-    ``share`` is the share of the log to read, as the option has it (``"5%"``), or ``"decided"``.
-    """
-    return score(log, runs, progress=progress, cancel=cancel, quick=share, **settings)
-
-
 @documented("calibrate")
 def calibrate(
     log: Log, runs: Runs, *, progress: Progress = None, cancel: Event | None = None, **settings: Any

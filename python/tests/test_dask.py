@@ -223,7 +223,7 @@ def test_keywords_that_parts_do_not_have_are_refused(client, town, two):
     for log, asked, kind, line in [
         (town, {"report": True}, dmp.UsageError, "--report in parts: .*use `dmp score`"),
         (town, {"scene": "scene.mcap"}, dmp.UsageError, "--scene in parts: .*use `dmp score`"),
-        (town, {"quick": "5%"}, dmp.UsageError, "--quick in parts: .*use `dmp score`"),
+        (town, {"quick": True}, dmp.UsageError, "--quick in parts: .*use `dmp score`"),
         (town, {"reference": "truth"}, dmp.UsageError, "--reference"),
         (town, {"voxle": 0.2}, TypeError, "score.* has no keyword 'voxle'; near it: voxel"),
         (town, {"parts": {"fuze": 3}}, dmp.UsageError, "parts of 'fuze': 3"),

@@ -113,7 +113,6 @@ fn pair(a: &str, b: &str, basis: Basis, scales_m: &[f64]) -> PairReport {
         apart: None,
         verdict: Verdict::Better { run: a.into(), decided_at_m: scales_m[0] },
         reason: "better globally: decided at the 10 m scale (876543 common returns)".into(),
-        places_needed: None,
     }
 }
 
@@ -132,7 +131,7 @@ fn report(runs: Vec<RunReport>, order: &[&str], pairs: Vec<PairReport>) -> Repor
         "dmp_version": "0.0.0", "config": with(sample["config"].clone(), config),
         "inputs": with(sample["inputs"].clone(), inputs), "runs": runs, "order": order, "ties": [],
         "pairs": pairs, "drift": null, "warnings": [],
-        "sampling": with(sample["sampling"].clone(), json!({ "frames_scored": 597, "frames_total": 597 })),
+        "sampling": with(sample["sampling"].clone(), json!({ "frames_scored": 597 })),
         "timing": { "plan_s": 0.5, "fuse_s": 1.25, "trails_s": 0.0, "cast_s": 61.25, "total_s": 63.0, "threads": 2 },
         "memory": {
             "budget_bytes": 2_u64 << 30, "peak_anon_bytes": 300 << 20, "scratch_bytes": 0, "disk_bytes": 0,

@@ -261,31 +261,6 @@ fn undecided_runs_are_listed_by_the_price_of_a_miss() {
     }
 }
 
-/// The half width of an interval of k frames goes with 1/√k: the smallest k at which it is below the difference, tried one
-/// by one.
-#[test]
-fn a_sample_says_how_many_frames_would_decide() {
-    let (all, scored) = (600, 30);
-    let frames = (0..all).step_by((all / scored) as usize);
-    let reducer = reduced(Layout::new(all, vec![CV; 2]), frames, |frame, k| {
-        let (worse_m, error_m) = (0.006 + 0.05 * noise(frame, 0, 3), 0.01 * noise(frame, k, 1));
-        [0.1 + error_m, 0.1 + worse_m + error_m].map(Residuals::all)
-    });
-    let pair = reducer.compare(0, 1, Confidence::P99);
-    assert!(matches!(pair.verdict, Verdict::Undecided { .. }), "{:?}", pair.verdict);
-    let needed = pair.scales.iter().filter_map(|scale| {
-        let interval = scale.interval()?;
-        let half_m2 = 0.5 * (interval.high_m2 - interval.low_m2);
-        let difference_m2 = scale.difference?.value_m2.abs();
-        (scored + 1..=all).find(|&k| half_m2 * (scored as f64 / k as f64).sqrt() <= difference_m2)
-    });
-    let needed = needed.min().expect("the scales have intervals");
-    assert!((scored + 5..all - 100).contains(&needed), "{needed}");
-    assert_eq!(pair.frames_needed, Some(needed));
-    // All frames have no more to offer, and a decided pair needs none.
-    assert_eq!(compare([CV; 2], 60, |f, k| [Some(noise(f, k, 1)), Some(noise(f, k, 2))]).frames_needed, None);
-}
-
 /// Runs of the same noise: all equal, and any two with a verdict are one wrong command.
 #[test]
 fn of_many_equal_runs_none_is_better() {

@@ -122,11 +122,6 @@ impl Report {
     pub fn leading_basis(&self) -> Basis {
         if self.is_cross_validated() { Basis::CrossValidated } else { Basis::Near }
     }
-
-    /// Whether not all scans were scored.
-    pub fn is_sample(&self) -> bool {
-        self.sampling.frames_scored < self.sampling.frames_total
-    }
 }
 
 #[cfg(test)]

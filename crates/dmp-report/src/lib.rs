@@ -24,7 +24,7 @@ pub use contents::Report;
 pub use dmp_map::{Layers, Thickness};
 pub use made_with::{
     ConfigReport, ConventionsReport, DepthNoiseReport, DropReport, Ego, EgoReport, EstimateReport,
-    InputReport, LeftOutReport, MemoryReport, Pairing, PassTimes, PlacesReport, PoseAt, PromiseReport,
+    InputReport, LeftOutReport, MemoryReport, Pairing, PassTimes, PoseAt, PromiseReport, QuickReport,
     RunInputReport, SamplingReport, SegmentLength, SegmentReport, TileReport,
 };
 pub use map_check::{GroundPlan, Holes, MapCheck, PlanColumn};

@@ -28,8 +28,6 @@ pub struct PairReport {
     pub verdict: Verdict,
     /// The verdict in words.
     pub reason: String,
-    /// Where a sample of places decides nothing: about how many would, as far as it shows a difference at all.
-    pub places_needed: Option<u64>,
 }
 
 /// What the report of a pair needs beside its comparison. Runs go by their numbers.
@@ -83,7 +81,6 @@ impl PairReport {
                 (verdict, _) => verdict.reason_with(scales, scan_of_unit),
             },
             apart,
-            places_needed: pair.frames_needed,
         }
     }
 

@@ -16,9 +16,9 @@ mod vet;
 
 pub use asked::{
     CastReturns, Config, DriftPairs, DriftReach, EvaluateError, Frame, FrameOrder, MapSource, Means, Note,
-    POSE_BYTES, Progress, Remedy, ReturnDraw, Run, RunSource, ScoredPlace, ScoredReturns, ScoredRun,
-    SettingName, Settings, Sink, Stage, Unposed, Watch, as_asked_m, check_runs, in_threads, in_voxels,
-    in_words, pool, so_far,
+    POSE_BYTES, Progress, Remedy, ReturnDraw, Run, RunSource, ScoredReturns, ScoredRun, SettingName,
+    Settings, Sink, Stage, Unposed, Watch, as_asked_m, check_runs, in_threads, in_voxels, in_words, pool,
+    so_far,
 };
 pub use runs::{
     BLOCK_RAYS, Block, Drawn, Heads, KNOWN_TIMES, MIN_BLOCK_RETURNS, OfReturn, PlannedFrame, PosedRun, Poser,

@@ -22,15 +22,13 @@ pub enum DropReason {
     ScanWithoutPose,
     /// Its scan was not asked for: only every n-th was.
     ScanNotSelected,
-    /// Its scan is not in the sample that is scored, though it is in the map.
-    ScanNotSampled,
     /// It is in the map, but only one of a few consecutive returns was cast, and it was not drawn.
     NotDrawn,
 }
 
 impl DropReason {
     /// Every reason, in the order of the report.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 9] = [
         Self::NonFinite,
         Self::NoReturn,
         Self::TooNear,
@@ -39,7 +37,6 @@ impl DropReason {
         Self::NoPose,
         Self::ScanWithoutPose,
         Self::ScanNotSelected,
-        Self::ScanNotSampled,
         Self::NotDrawn,
     ];
 
@@ -54,7 +51,6 @@ impl DropReason {
             Self::NoPose => "no_pose",
             Self::ScanWithoutPose => "scan_without_pose",
             Self::ScanNotSelected => "scan_not_selected",
-            Self::ScanNotSampled => "scan_not_sampled",
             Self::NotDrawn => "not_drawn",
         }
     }

@@ -16,8 +16,7 @@ use crate::results::{Findings, MapSummary, map_report};
 /// [`Watch`].
 ///
 /// Reads the log once, to fuse the maps, and keeps in the work folder the returns that are cast and those whose rays show
-/// what moved. It is read once more where all returns are cast or the maps were given, and the sample of
-/// [`Config::sample`]. [`Config::drift`] reads the scans of revisits once more. A few scans are read before and in between. Runs are scored as given:
+/// what moved. It is read once more where all returns are cast or the maps were given. [`Config::drift`] reads the scans of revisits once more. A few scans are read before and in between. Runs are scored as given:
 /// [`vet`](fn@crate::vet) detects runs that do not belong to the log, wrong clocks and wrong extrinsics. The
 /// report is bit-identical for every number of threads, memory budget and reading order, except its `timing`,
 /// its `memory` and the warning about a nearly full disk.
@@ -32,7 +31,18 @@ pub fn evaluate<'a>(
     config: &Config,
     watch: impl Into<Watch<'a>>,
 ) -> Result<Report, EvaluateError> {
-    Task::open(log, runs, config, watch.into())?.keeping(|task| score(task, runs))
+    evaluate_look(log, runs, config, 1, watch.into())
+}
+
+/// One of so many looks, which share the error rate.
+pub(crate) fn evaluate_look<'a>(
+    log: &'a dyn ScanLog,
+    runs: &'a [Run],
+    config: &Config,
+    looks: u32,
+    watch: Watch<'a>,
+) -> Result<Report, EvaluateError> {
+    Task::open(log, runs, config, watch)?.keeping(|task| score(task, runs, looks))
 }
 
 /// Whether the memory is enough for the threads, the runs and the largest scan of a log: what is known before a scan is read.
@@ -50,7 +60,7 @@ pub fn check_memory(log: &dyn ScanLog, runs: &[Run], config: &Config) -> Result<
 }
 
 /// Plan, fuse, cast, reduce.
-fn score<'a>(task: Task<'a>, runs: &'a [Run]) -> Result<Report, EvaluateError> {
+fn score<'a>(task: Task<'a>, runs: &'a [Run], looks: u32) -> Result<Report, EvaluateError> {
     let mut times = Stopwatch::start();
     // Each run in its own canonical frame, with its own segments; the same returns z and voxels for all.
     let planned = task.plan(runs)?;
@@ -75,6 +85,7 @@ fn score<'a>(task: Task<'a>, runs: &'a [Run]) -> Result<Report, EvaluateError> {
     let mut scored = maps.cast(&tiles, &kept)?;
     drop(tiles);
     maps.account(&mut scored)?;
+    scored.confidence = scored.confidence.of_each_look(looks);
     peak::look();
     times.of.cast_s = times.lap_s();
 

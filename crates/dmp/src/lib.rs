@@ -10,7 +10,7 @@
 //! The pieces:
 //! - [`Config`] holds every setting; its default fits a drive. [`Config::on`] resolves it for a log into
 //!   [`Settings`], which change numbers, and [`Means`] (memory, threads, folders), which do not.
-//! - [`evaluate`] scores all returns. [`evaluate_quick`] scores a sample of places and reads little of the
+//! - [`evaluate`] scores all returns. [`evaluate_quick`] scores few scans and reads little of the
 //!   log. [`PlannedScore`] runs the passes apart. [`fuse_maps`] only makes the maps; [`map_of_cloud`] makes the map of a cloud or a mesh;
 //!   [`check_cloud`] says how good a cloud is alone.
 //! - [`Progress`] receives the progress and may stop the evaluation. A [`Sink`] receives returns, scans,
@@ -46,10 +46,10 @@ mod evaluate;
 mod maps;
 mod means;
 mod passes;
-mod places;
 mod planned;
 mod posed;
 pub mod prelude;
+mod quick;
 mod results;
 
 pub use check::{check_cloud, check_store};
@@ -60,9 +60,9 @@ pub use passes::{
     Casting, CopiedScans, OddScans, Oddity, Revisits, Surveyed, TilesInReach, VisitPair, measure_drift,
 };
 #[doc(hidden)]
-pub use places::{Quick, evaluate_quick, quick_reads};
 pub use planned::{PlacedRun, PlannedScore};
 pub use posed::{PosedLog, PosedScan};
+pub use quick::{evaluate_quick, quick_steps};
 
 pub use dmp_log::{LengthUnit, is_printable, printable};
 pub use dmp_reduce::{
@@ -72,7 +72,7 @@ pub use dmp_reduce::{
 pub use dmp_report::{
     Best, COLUMNS, Column, ColumnUnit, ConfigReport, ConventionsReport, DepthNoiseReport, DropReport, Ego,
     EgoReport, EstimateReport, InputReport, LeftOutReport, MapReport, MemoryReport, PairReport, Pairing,
-    PassTimes, PlacesReport, PoseAt, PromiseReport, Report, RunInputReport, RunReport, SamplingReport,
+    PassTimes, PoseAt, PromiseReport, QuickReport, Report, RunInputReport, RunReport, SamplingReport,
     ScaleReport, ScaleScores, SegmentLength, SegmentReport, TileReport, Verdict, Withheld, columns_by_rank,
 };
 pub use dmp_revisit::apart::{Apart, Moments, Spread};
@@ -83,6 +83,6 @@ pub use dmp_revisit::drift::{
 pub use dmp_runs::{
     CastReturns, Config, Doubt, DoubtTest, DriftPairs, DriftReach, EvaluateError, Found, Frame, FrameOrder,
     MapSource, Means, Mend, Note, PointTimes, PosesAs, Profile, Progress, Remedy, Run, RunSource,
-    ScoredPlace, ScoredReturns, ScoredRun, SettingName, Settings, Sink, Stage, Unposed, VetSummary, Vetted,
-    Watch, file_stem_of, in_threads, profiles, so_far, vet, vet_outline,
+    ScoredReturns, ScoredRun, SettingName, Settings, Sink, Stage, Unposed, VetSummary, Vetted, Watch,
+    file_stem_of, in_threads, profiles, so_far, vet, vet_outline,
 };

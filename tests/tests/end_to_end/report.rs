@@ -118,7 +118,7 @@ fn the_same_command_writes_the_same_page() {
 fn pages_are_written_of_samples_maps_and_saved_results() {
     let folder = tempfile::tempdir().unwrap();
     let drawn = page_of(folder.path(), &format!("{TWO} --every 2 --returns 1/3"));
-    has(&drawn, &["50 scans of 50, one of 3 consecutive returns", "Worst places of drift"]);
+    has(&drawn, &["50 scans, one of 3 consecutive returns", "Worst places of drift"]);
     once(crate::map_command::BUILD).copy("truth.dmpmap", folder.path());
     let given = page_of(folder.path(), &format!("{TWO} --map truth.dmpmap"));
     assert!(given.contains("(R_near at 0.5 and 2 m)") && !given.contains("(R_cv at"));

@@ -82,10 +82,10 @@ const ROWS: &[Row] = &[
     Row::new(
         "MCAP, quick",
         "-",
-        "q.mcap: q.tum",
+        "r.mcap: r.tum",
         &[
-            "score q.mcap -t q.tum --quick=100% --json --quiet",
-            "score q.mcap -t q.tum --every 8 --json --quiet --residuals out.ply => writes out.ply",
+            "score r.mcap -t r.tum --quick --json --quiet",
+            "score r.mcap -t r.tum --every 8 --json --quiet --residuals out.ply => writes out.ply",
         ],
     )
     .guarded(),

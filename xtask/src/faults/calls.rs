@@ -62,7 +62,7 @@ const CALLS: [(&str, &str, &str); 32] = [
         "l.mcap l.tum",
         "score l.mcap -t l.tum --json --resume=0.001 --memory 32MiB",
     ),
-    ("score --quick", "q.mcap q.tum", "score q.mcap -t q.tum --quick=100% --json"),
+    ("score --quick", "r.mcap r.tum", "score r.mcap -t r.tum --quick --json"),
     ("score --map", "t.mcap t.tum map.dmpmap", "score t.mcap -t t.tum --map map.dmpmap --json"),
     ("score, folder of scans", "scans/ t.tum", "score scans -t t.tum --json"),
     ("score, KITTI", "kitti/ t.tum", "score kitti -t t.tum --json"),

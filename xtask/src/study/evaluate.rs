@@ -11,7 +11,7 @@ use dmp_sim::Recording;
 
 use super::drives::{DriveSpec, Half};
 use super::estimates::{Estimate, estimates};
-use super::interval::{BATCHES, difference, parts};
+use super::interval::{batch_count, difference, parts};
 use super::logs::DriveLog;
 use super::observe::{Frame, NEAR_M, Observed, Observer, Sum, pair_scores, pairs};
 use super::result::{Both, DriveResult, PairResult, RunResult, Said};
@@ -23,10 +23,10 @@ const REFERENCE_M: f64 = 0.1;
 /// Share of the full square that a missing prediction costs in `R_cv` (docs/metric.md).
 const KAPPA: f64 = 0.15;
 
-/// Simulates the drive, scores all its estimates, and measures their true errors.
-pub(super) fn evaluate(spec: &DriveSpec, work: &Path) -> anyhow::Result<DriveResult> {
+/// Simulates the drive, scores all its estimates on every so many scans, and measures their true errors.
+pub(super) fn evaluate(spec: &DriveSpec, work: &Path, every: usize) -> anyhow::Result<DriveResult> {
     let start = Instant::now();
-    let drive = DriveLog::open(spec, work)?;
+    let drive = DriveLog::open(spec, work)?.with_every(every)?;
     let estimates = estimates(spec, &drive.truth)?;
     let runs: Vec<Run> = estimates.iter().map(|e| Run::new(&e.name, e.trajectory.clone())).collect();
     let observer = Observer::new(drive.log.frames().len(), runs.len());
@@ -147,7 +147,7 @@ fn pair_results(
             let of_frames: Vec<Both> = frames.iter().map(|frame| frame.pairs[index][k]).collect();
             let of_groups: Vec<Both> = surfaces[index].iter().map(|group| group[k]).collect();
             if let Some(value) = difference(&of_frames, &of_groups) {
-                batches.insert(name.clone(), parts(&of_frames, BATCHES));
+                batches.insert(name.clone(), parts(&of_frames, batch_count(of_frames.len())));
                 singles.insert(name, value);
             }
         }

@@ -4,8 +4,13 @@ use dmp_reduce::Confidence;
 
 use super::result::{Both, Difference, Said};
 
-/// Parts of the frames that are saved.
-pub(super) const BATCHES: usize = 20;
+/// Parts of the frames that are saved for each place of the guard.
+pub(super) const BATCHES_OF_PLACE: usize = 2;
+
+/// Parts of so many frames that are saved: of ten places, fewer where one would have less than twenty frames.
+pub(super) fn batch_count(frames: usize) -> usize {
+    BATCHES_OF_PLACE * (frames / 20).clamp(1, 10)
+}
 /// At most so many stretches of the frames are units of independence.
 const STRETCHES: usize = 40;
 

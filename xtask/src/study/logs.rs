@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use anyhow::Context as _;
-use dmp_log::{LogOptions, McapScanWriter, McapWriterOptions, ScanLog, open_log};
-use dmp_sensor::Trajectory;
+use dmp_log::{LogOptions, McapScanWriter, McapWriterOptions, MemoryLog, ScanLog, open_log};
+use dmp_sensor::{Scan, Trajectory};
 use dmp_sim::Recording;
 
 use super::drives::DriveSpec;
@@ -45,5 +45,22 @@ impl DriveLog {
             truth: spec.truth(&recording)?,
             fine: recording.drive().trajectory(100.0)?,
         })
+    }
+
+    /// The log of every so many of its scans.
+    pub(super) fn with_every(self, every: usize) -> anyhow::Result<Self> {
+        if every == 1 {
+            return Ok(self);
+        }
+        let mut reader = self.log.reader()?;
+        let read = |frame: usize| {
+            let mut scan = Scan::default();
+            reader.read(frame, &mut scan)?;
+            anyhow::Ok(scan)
+        };
+        let scans = (0..self.log.frames().len()).step_by(every).map(read).collect::<anyhow::Result<_>>()?;
+        drop(reader);
+        let log = Box::new(MemoryLog::new("every", scans)?);
+        Ok(Self { log, ..self })
     }
 }

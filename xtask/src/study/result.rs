@@ -45,7 +45,7 @@ pub(super) struct PairResult {
     pub(super) predicted: [f64; 2],
     /// Mean differences a − b of single scores, and their errors.
     pub(super) singles: BTreeMap<String, Difference>,
-    /// The same scores over [`super::interval::BATCHES`] consecutive parts of the frames.
+    /// The same scores over [`super::interval::batch_count`] consecutive parts of the frames.
     pub(super) batches: BTreeMap<String, Vec<Both>>,
 }
 

@@ -2,7 +2,7 @@
 
 use dmp::Confidence;
 
-use super::interval::{of_each, total};
+use super::interval::{BATCHES_OF_PLACE, of_each, total};
 use super::observe::pair_scores;
 use super::result::{Both, Difference, DriveResult, PairResult, Said, common_cv};
 
@@ -84,8 +84,6 @@ const CASCADE_M: [f64; 4] = [10.0, 2.0, 0.5, 0.2];
 const LEAST_COVERED: f64 = 2.0;
 /// The guard over places: a truncation in metres, a share of the mean level, and one of what supports the verdict.
 const GUARDS: [(f64, [f64; 2]); 2] = [(30.0, [0.1, 0.05]), (2.0, [0.02, 0.25])];
-/// Places of the guard: so many consecutive parts of the frames.
-const PLACES: usize = 10;
 
 /// The verdict of docs/metric.md, from the study's own sums.
 pub(super) fn documented(pair: &PairResult, confidence: Confidence) -> Said {
@@ -111,7 +109,7 @@ pub(super) fn documented(pair: &PairResult, confidence: Confidence) -> Said {
 /// Whether places speak against the verdict.
 fn is_opposed(batches: &[Both], a_better: bool, [of_level, of_supporting]: [f64; 2]) -> bool {
     // Below zero speaks for the verdict.
-    let signed = batches.chunks(batches.len() / PLACES).map(total).filter(|place| place.returns > 0.0);
+    let signed = batches.chunks(BATCHES_OF_PLACE).map(total).filter(|place| place.returns > 0.0);
     let signed: Vec<f64> = signed
         .map(|place| if a_better { -place.difference_m2 } else { place.difference_m2 } / place.returns)
         .collect();

@@ -41,7 +41,7 @@ impl Call {
 
     /// Its name in the table: words and options without what is theirs alone.
     pub(crate) fn name(&self) -> String {
-        let named = ["--json", "--quick=100%", "--map", "--like", "--made-with", "--between", "--log"];
+        let named = ["--json", "--quick", "--map", "--like", "--made-with", "--between", "--log"];
         // Of some commands the second word is theirs too.
         let of_two = ["map", "convert", "truth", "simulate"];
         let own = 1 + usize::from(of_two.contains(&self.words[0].as_str()));

@@ -128,10 +128,6 @@ fn with_remedy(error: JoinError) -> anyhow::Error {
         {
             anyhow!("{error}; score again with the settings of {}", reports[0])
         }
-        JoinError::OfPlaces { report } => anyhow!(
-            "{report}: made with --quick, where places and their maps depend on all runs of a command: score runs in one \
-             to compare them"
-        ),
         JoinError::Cancelled => EvaluateError::Cancelled.into(),
         JoinError::Log(error) => error.into(),
         JoinError::SameName { .. } => Usage(format!("{error}, as NAME=FILE")).into(),

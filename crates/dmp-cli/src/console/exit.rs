@@ -259,9 +259,6 @@ mod tests {
         assert_eq!(one_line(&error().into()), line);
         assert_eq!(one_line(&EvaluateError::Log(error()).into()), line);
         assert!(error().to_string().contains("name one with `topic`: /a"));
-        let error = || EvaluateError::NoPlaces { travel_m: 9.0, places: 1 };
-        assert!(one_line(&error().into()).ends_with("score all of it, without --quick"));
-        assert!(error().to_string().ends_with("score all of it, without `quick`"));
         let error = EvaluateError::SameName { name: "a".into() };
         assert_eq!(one_line(&error.into()), "two runs are named `a`: give each its own name, as NAME=FILE");
     }

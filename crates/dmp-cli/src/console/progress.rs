@@ -105,7 +105,6 @@ impl dmp::Progress for Progress {
             Stage::Trails => ("finding trails", "points"),
             Stage::Cast => ("casting rays", "points"),
             Stage::Drift => ("measuring drift", "pairs"),
-            Stage::Places => ("scoring places", "places"),
             Stage::Candidates => ("trying loops", "loops"),
             _ => ("working", "steps"),
         };

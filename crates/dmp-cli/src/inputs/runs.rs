@@ -233,21 +233,20 @@ impl OpenedRuns {
 }
 
 impl OpenedRuns<LogOutline> {
-    /// The same with no more of the log than its index, where `is_enough` by what is found; else nothing is printed.
+    /// The same with no more of the log than its index, where `is_enough`; else nothing is printed.
     pub(crate) fn outline_if(
         started: Runs,
         log: &LogInput,
         asked: &Asked,
         common: &Common,
-        is_enough: impl FnOnce(&LogOutline, &[Run]) -> anyhow::Result<bool>,
+        is_enough: impl FnOnce(&LogOutline) -> bool,
     ) -> anyhow::Result<Option<Self>> {
         let in_log = started.in_log();
         let log = log.outline()?;
-        let found = Found::of(started, LogHead::of_outline(&log), asked, None)?;
-        let fused = || std::iter::repeat(MapSource::Fused);
-        if !is_enough(&log, &found.clone().into_runs(fused()))? {
+        if !is_enough(&log) {
             return Ok(None);
         }
+        let found = Found::of(started, LogHead::of_outline(&log), asked, None)?;
         if !common.quiet {
             if let Some(run) = in_log {
                 say!(
@@ -259,7 +258,7 @@ impl OpenedRuns<LogOutline> {
             announce::extrinsics(&common.host, &found.loaded, &found.extrinsics);
         }
         let damaged = found.is_damaged || !log.summary().damage.is_empty();
-        Ok(Some(Self { runs: found.into_runs(fused()), log, damaged }))
+        Ok(Some(Self { runs: found.into_runs(std::iter::repeat(MapSource::Fused)), log, damaged }))
     }
 }
 

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use dmp::{CastReturns, Confidence, DriftPairs, Ego, LengthUnit, Quick, Scales, SegmentLength};
+use dmp::{CastReturns, Confidence, DriftPairs, Ego, LengthUnit, Scales, SegmentLength};
 
 use super::Group::{Input, Resources, ReturnsAndMap, Sampling, Verdicts};
 use super::values::{self, parsed};
@@ -76,11 +76,11 @@ pub(crate) static RETURNS: Opt<CastReturns> = Opt {
            log, more of a shorter one; all with --residuals",
     ..Opt::text(Sampling, "returns", "SHARE", "1/4", values::returns)
 };
-pub(crate) static QUICK: Opt<Quick> = Opt {
-    alone: Some("5%"),
+pub(crate) static QUICK: Opt<bool> = Opt {
     is_short_help: true,
     conflicts: &[
         &input::MAPS,
+        &input::EVERY,
         &RESUME,
         &output::RESIDUALS,
         &output::PER_FRAME,
@@ -89,10 +89,9 @@ pub(crate) static QUICK: Opt<Quick> = Opt {
         &output::KEEP,
         &output::REFERENCE,
     ],
-    help: "Estimate the scores from a sample of places: reading at most this share of the log, or doubling it from 20 places on \
-           until all pairs of runs are `decided`. Needs a log with an index. A log of which it would read more than half is \
-           scored whole. Default: 5%",
-    ..Opt::text(Sampling, "quick", "P%|decided", "10%", values::quick)
+    help: "Score every 32nd scan, then every 16th, 8th and 4th, until all pairs of runs are decided; maps are made of these scans alone. \
+           Reads less than half of a log with an index, and often a tenth. All of a log below 400 scans is scored",
+    ..Opt::switch(Sampling, "quick")
 };
 
 pub(crate) static MEMORY: Opt<usize> = Opt {

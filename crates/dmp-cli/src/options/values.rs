@@ -3,7 +3,7 @@
 use std::str::FromStr;
 use std::time::Duration;
 
-use dmp::{CastReturns, Confidence, DriftPairs, Ego, LengthUnit, PosesAs, Quick, Scales, SegmentLength};
+use dmp::{CastReturns, Confidence, DriftPairs, Ego, LengthUnit, PosesAs, Scales, SegmentLength};
 use dmp_log::{TimeUnit, TrajectoryFormat};
 use dmp_sensor::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 
@@ -264,15 +264,6 @@ pub(crate) fn room_m(text: &str) -> Result<[f64; 3], String> {
 fn share(text: &str) -> Option<f64> {
     let percent = text.strip_suffix('%')?.trim_end().parse::<f64>().ok()?;
     percent.is_finite().then_some(percent / 100.0)
-}
-
-/// `5%`, above 0 and up to 100, or `decided`.
-pub(crate) fn quick(text: &str) -> Result<Quick, String> {
-    if text == "decided" {
-        return Ok(Quick::UntilDecided);
-    }
-    let share = share(text).filter(|&share| share > 0.0 && share <= 1.0);
-    share.map(Quick::Share).ok_or_else(|| format!("`{text}` is no share of a log: try 5%, or decided"))
 }
 
 /// `all` or `1/8`.

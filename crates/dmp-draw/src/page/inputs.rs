@@ -96,18 +96,11 @@ fn settings(report: &Report) -> String {
     };
     let sampling = &report.sampling;
     let seed = sampling.seed.map_or_else(String::new, |seed| format!(", seed {seed}"));
-    let scored = if let Some(places) = &sampling.places {
-        let (drawn, total, revisited) =
-            (counted(places.drawn, "place"), count(places.total), count(places.revisited));
-        format!("{drawn} of {total} of {} m{seed}, {revisited} of them revisited", places.length_m)
-    } else {
-        let (scored, total) = (counted(sampling.frames_scored, "scan"), count(sampling.frames_total));
-        let drawn = match sampling.returns_one_in {
-            1 => String::new(),
-            one_in => format!(", one of {one_in} consecutive returns"),
-        };
-        format!("{scored} of {total}{drawn}{seed}")
+    let drawn = match sampling.returns_one_in {
+        1 => String::new(),
+        one_in => format!(", one of {one_in} consecutive returns"),
     };
+    let scored = format!("{}{drawn}{seed}", counted(sampling.frames_scored, "scan"));
     let lines = [
         ("dmp", report.dmp_version.clone()),
         ("scored", scored),

@@ -96,10 +96,7 @@ fn log_name(report: &Report) -> &str {
 
 fn extent(report: &Report) -> String {
     let inputs = &report.inputs;
-    let scored = match report.sampling.places {
-        Some(places) => format!("{} of {} places", count(places.drawn), count(places.total)),
-        None => format!("{} of {} scans", count(report.sampling.frames_scored), count(inputs.scans as u64)),
-    };
+    let scored = format!("{} of {} scans", count(report.sampling.frames_scored), count(inputs.scans as u64));
     let travelled_m = inputs.runs.iter().map(|run| run.segments.travel_m).fold(0.0, f64::max);
     let way = match travelled_m {
         way_m if way_m < 1000.0 => format!("{way_m:.*} m", metre_decimals(report.config.scales)),
@@ -167,10 +164,8 @@ fn warnings(report: &Report) -> String {
 }
 
 fn without_pictures(report: &Report) -> &'static str {
-    match report.sampling.places {
-        Some(_) => {
-            "A quick score has small maps of the drawn places only. Score the whole log to see where a run is wrong."
-        }
+    match report.sampling.quick {
+        Some(_) => "A quick score draws no maps. Score the whole log to see where a run is wrong.",
         None => {
             "This page was made from saved results, which hold no maps. `dmp score --report` shows where runs are wrong."
         }

@@ -4,7 +4,6 @@ use dmp_reduce::{Reach, Scales};
 use dmp_report::{Report, Verdict};
 
 use crate::plot::escape;
-use crate::text::count;
 use crate::words::{OrderedPair, main_pairs, metres, metres_between};
 
 /// A name that stands out.
@@ -21,10 +20,7 @@ pub(super) fn pairs(report: &Report) -> Vec<String> {
 fn of_pair(ordered: &OrderedPair<'_>, scales: Scales) -> String {
     let (pair, first, second) = (ordered.pair, strong(ordered.first), strong(ordered.second));
     let Some(scale) = pair.decided_at() else {
-        let more = pair.places_needed.map_or_else(String::new, |needed| {
-            format!("; about {} places in all would decide", count(needed))
-        });
-        return format!("{first} and {second}: {}{more}.", escape(&pair.reason));
+        return format!("{first} and {second}: {}.", escape(&pair.reason));
     };
     let by = match ordered.rms_behind_m(scale) {
         Some((by_m, Some(interval_m))) => format!(" by {} ({})", metres(by_m), metres_between(interval_m)),

@@ -123,8 +123,6 @@ pub fn legend(report: &Report, shown: &[&str], is_brief: bool) -> Vec<(&'static 
         };
         all.push((column.name, meaning));
     }
-    let sure = confidence(report.promise.confidence);
-    all.push(("±", format!("how far the score before it may be off, as a sample was scored ({sure} sure)")));
     all.retain(|(term, _)| shown.contains(term));
     if report.order.len() > report.ranked().filter(|(rank, _)| rank.is_some()).count() {
         all.insert(

@@ -8,8 +8,7 @@ use crate::text::{confidence, left};
 pub fn promise(report: &Report) -> Option<String> {
     let scales = report.pairs.iter().map(|pair| pair.scales.len()).max()?;
     let (error, sure) = (left(report.promise.confidence), confidence(report.promise.interval_confidence));
-    let looks =
-        if report.sampling.places.is_some_and(|places| places.looks.is_some()) { " and looks" } else { "" };
+    let looks = if report.sampling.quick.is_some() { " and looks" } else { "" };
     Some(if report.promise.of_each_result {
         format!(
             "Family-wise error rate {error} of each result, over its pairs and {scales} scales{looks}; each interval is at {sure} \

@@ -106,12 +106,7 @@ impl Reducer {
             Basis::CrossValidated => self.runs[run].sums.with_independent(),
             Basis::Near => self.runs[run].sums.with_first(),
         });
-        let asked = Asked {
-            scales: self.layout.scales,
-            scored: self.frames_added(),
-            frames: self.layout.frames,
-            confidence,
-        };
+        let asked = Asked { scales: self.layout.scales, frames: self.layout.frames, confidence };
         compare([a, b], predicted, pair, asked)
     }
 

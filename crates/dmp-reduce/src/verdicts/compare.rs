@@ -27,16 +27,13 @@ pub struct Comparison {
     pub guard: Vec<GuardCheck>,
     /// What comes of it.
     pub verdict: Verdict,
-    /// Where a sample decides nothing: about how many frames would, if all there are would. As rough as the difference
-    /// that the sample shows.
-    pub frames_needed: Option<u64>,
 }
 
 impl Comparison {
     /// The same of two runs that are known to be one for practical purposes: nothing is decided between them.
     #[must_use]
     pub fn of_same(self) -> Self {
-        Self { guard: Vec::new(), verdict: Verdict::Same, frames_needed: None, ..self }
+        Self { guard: Vec::new(), verdict: Verdict::Same, ..self }
     }
 }
 
@@ -69,7 +66,6 @@ pub(crate) fn compare(
         scales,
         guard: Vec::new(),
         verdict: Verdict::Undecided { reason: UndecidedReason::NoDifference },
-        frames_needed: None,
     };
     let decided =
         comparison.scales.iter().find(|scale| scale.decides()).and_then(|s| Some((s.scale_m, s.difference?)));
@@ -94,9 +90,6 @@ pub(crate) fn compare(
     } else {
         let reason = why_undecided(pair, &comparison.scales);
         comparison.verdict = Verdict::Undecided { reason };
-        if reason == UndecidedReason::NoDifference {
-            comparison.frames_needed = frames_needed(&comparison.scales, asked);
-        }
     }
     comparison
 }
@@ -124,21 +117,4 @@ fn why_undecided(pair: &PairTotals, scales: &[ScaleComparison]) -> UndecidedReas
     } else {
         UndecidedReason::NoDifference
     }
-}
-
-/// About how many of all frames would decide, were the difference and the scatter what those of the sample show: the half
-/// width h of the interval goes with 1/√k, and is to become the difference d. `None` where all would not.
-fn frames_needed(scales: &[ScaleComparison], asked: Asked) -> Option<u64> {
-    if asked.scored >= asked.frames.0 {
-        return None;
-    }
-    let (scored, all) = (asked.scored as f64, asked.frames.0 as f64);
-    let needed = |scale: &ScaleComparison| {
-        let (difference_m2, interval) = (scale.difference?.value_m2, scale.interval()?);
-        let half_m2 = 0.5 * (interval.high_m2 - interval.low_m2);
-        let needed = scored * (half_m2 / difference_m2) * (half_m2 / difference_m2);
-        // A sample that shows no difference at all says nothing of how many would.
-        (needed <= all).then(|| needed.ceil().max(scored + 1.0) as u64)
-    };
-    scales.iter().filter_map(needed).min()
 }

@@ -32,8 +32,7 @@ impl ScaleComparison {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Asked {
     pub(crate) scales: Scales,
-    /// How many frames were scored, of how many.
-    pub(crate) scored: u64,
+    /// How many frames there are.
     pub(crate) frames: Frames,
     /// How sure each interval is to be.
     pub(crate) confidence: Confidence,

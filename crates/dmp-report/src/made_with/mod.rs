@@ -16,6 +16,6 @@ pub use ego::{Ego, EgoReport};
 pub use inputs::{DropReport, InputReport, RunInputReport};
 pub use pairing::Pairing;
 pub use pose_at::PoseAt;
-pub use sampling::{PlacesReport, SamplingReport};
+pub use sampling::{QuickReport, SamplingReport};
 pub use segment_length::SegmentLength;
 pub use settings::{ConfigReport, DepthNoiseReport, PromiseReport, SegmentReport};

@@ -8,47 +8,26 @@ use serde::{Deserialize, Serialize};
 pub struct SamplingReport {
     /// Scans scored.
     pub frames_scored: u64,
-    /// Scans that could have been.
-    pub frames_total: u64,
     /// Seed of the draws; null where all scans were scored and all returns cast.
     pub seed: Option<u64>,
     /// Of so many consecutive returns of a scored scan one was cast; 1: every one.
     #[serde(default = "every_one")]
     pub returns_one_in: usize,
-    /// Where not scans but places were drawn: which; null where not.
-    pub places: Option<PlacesReport>,
+    /// Of a quick score, what it took; null of others.
+    #[serde(default)]
+    pub quick: Option<QuickReport>,
 }
 
-/// The places that a quick score was made at.
+/// What a quick score took: it scores more scans from look to look, until all pairs are decided.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct PlacesReport {
-    /// Places scored.
-    pub drawn: u64,
-    /// Places along the way.
-    pub total: u64,
-    /// How many of those scored the way comes back to, in most runs.
-    pub revisited: u64,
-    /// How many of all it comes back to.
-    pub revisited_total: u64,
-    /// Places for which not all scans were read, as there were too many.
-    pub cut: u64,
-    /// Length of a place along the way, metres.
-    pub length_m: f64,
-    /// Scans so near to a place's middle make its map, metres.
-    pub radius_m: f64,
-    /// The way from one of them to the next, metres.
-    pub spacing_m: f64,
-    /// Scans read for places, each counted once for each place.
-    pub scans_read: u64,
-    /// Whether these are as few as are ever drawn, whatever share of the log they take.
-    pub are_fewest: bool,
-    /// Share of the log's bytes that was to be read; null where the places were to grow until they decide.
-    pub share_asked: Option<f64>,
-    /// After how many looks at growing places all pairs were decided, or no more could be read; null where a share was asked.
-    pub looks: Option<usize>,
-    /// Bytes of the log that were read, index and all; null where it is not known.
-    pub bytes_read: Option<u64>,
+pub struct QuickReport {
+    /// The look that the report is of, from 1.
+    pub look: u32,
+    /// How many there are, which share the error rate.
+    pub looks: u32,
+    /// Bytes of the log in which the scans of this look lie, and of its index.
+    pub bytes: u64,
 }
 
 /// Of reports without the field.

@@ -149,22 +149,6 @@ pub enum EvaluateError {
         /// The uncertainty of the sensor's position there, metres.
         off_m: f64,
     },
-    /// The drive is too short for a sample of places.
-    #[error("{}", self.message_with(&SettingName::quoted))]
-    NoPlaces {
-        /// Path length, metres.
-        travel_m: f64,
-        /// Number of places.
-        places: usize,
-    },
-    /// The times of scans in a log's index are too inaccurate.
-    #[error("{}", self.message_with(&SettingName::quoted))]
-    VagueStamps {
-        /// The log.
-        path: PathBuf,
-        /// The uncertainty of a stamp, seconds.
-        error_s: f64,
-    },
     /// No return remains to score.
     #[error("no return is used: {0}")]
     NoReturns(String),
@@ -330,8 +314,6 @@ impl EvaluateError {
             | Self::TooLittleForTile { .. }
             | Self::NoRuns
             | Self::SameName { .. }
-            | Self::NoPlaces { .. }
-            | Self::VagueStamps { .. }
             | Self::Setting { .. } => true,
             Self::Log(error) => error.is_usage(),
             _ => false,
@@ -386,17 +368,6 @@ impl EvaluateError {
                 SettingName::Between.for_run(run, "FILE", name),
                 name(SettingName::MaxTimeGap),
                 gap_s.ceil()
-            ),
-            Self::NoPlaces { travel_m, places } => format!(
-                "the path is {travel_m:.0} m, {places} places: too short for a sample of places; score all of it, without \
-                 {}",
-                name(SettingName::Quick)
-            ),
-            Self::VagueStamps { path, error_s } => format!(
-                "{}: its index has the times of its scans to {error_s:.1} s only, too coarse for a sample of places; \
-                 score all of it, without {}",
-                path.display(),
-                name(SettingName::Quick)
             ),
             Self::EmptyMap { path, thin_voxels, voxel_m, points_dropped } => {
                 let voxel_m = as_asked_m(*voxel_m);

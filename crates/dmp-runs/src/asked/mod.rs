@@ -24,7 +24,7 @@ pub use progress::{Progress, Stage, so_far};
 pub use returns::{CastReturns, ReturnDraw};
 pub use setting_name::SettingName;
 pub use settings::{Means, Settings, check_runs};
-pub use sink::{ScoredPlace, ScoredReturns, ScoredRun, Sink};
+pub use sink::{ScoredReturns, ScoredRun, Sink};
 pub use threads::{in_threads, pool};
 pub use unposed::Unposed;
 pub use watch::Watch;

@@ -24,8 +24,6 @@ pub enum Stage {
     Cast,
     /// Pairs of visits are registered. Counted in pairs of visits.
     Drift,
-    /// Places are scored one by one. Counted in places.
-    Places,
     /// Loop candidates are tried one by one. Counted in candidates.
     Candidates,
 }

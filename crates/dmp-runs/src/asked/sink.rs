@@ -43,17 +43,6 @@ impl ScoredRun<'_> {
     }
 }
 
-/// A place of a quick score.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct ScoredPlace {
-    /// Its number along the path, from 0.
-    pub number: usize,
-    /// The number of places.
-    pub of: usize,
-    /// Whether the path revisits it in most runs.
-    pub is_revisited: bool,
-}
-
 /// Receives the results of an evaluation while it runs; called from several threads at once. `()` ignores
 /// them.
 pub trait Sink: Sync {
@@ -67,13 +56,7 @@ pub trait Sink: Sync {
         let _ = (frame, sums);
     }
 
-    /// A place of a quick score is done, with the sums of its runs and pairs. Places come in any order.
-    fn place_scored(&self, place: ScoredPlace, sums: &FrameSums) {
-        let _ = (place, sums);
-    }
-
-    /// Everything is scored and the maps still exist, one per run: called once, by one thread. Not called for
-    /// a quick score, where each place has maps of its own.
+    /// Everything is scored and the maps still exist, one per run: called once, by one thread.
     fn scored(&self, report: &Report, maps: &[&Store]) {
         let _ = (report, maps);
     }

@@ -45,14 +45,6 @@ pub enum JoinError {
         /// Its value in each.
         values: Box<[String; 2]>,
     },
-    /// The scored places depend on the set of runs.
-    #[error(
-        "{report}: it scored a sample of places, which depends on all runs of the command: score the runs in one command"
-    )]
-    OfPlaces {
-        /// The report.
-        report: String,
-    },
     /// A report contradicts itself.
     #[error("{report}: {field} names `{name}`, which is not the name of one run")]
     NoSuchRun {

@@ -121,13 +121,12 @@ fn judge(
     let problem = |problem: String| JoinError::Returns { report: file.clone(), problem };
     let confidence = report.promise.asked().map_err(problem)?.of_each_look(looks);
     let sampling = &report.sampling;
-    if sampling.frames_total > MOST_SCANS || sampling.frames_scored > sampling.frames_total {
-        let (scored, total) = (thousands(sampling.frames_scored), thousands(sampling.frames_total));
-        return Err(problem(format!("{scored} of {total} scans cannot be compared")));
+    if sampling.frames_scored > MOST_SCANS {
+        return Err(problem(format!("{} scans cannot be compared", thousands(sampling.frames_scored))));
     }
     let miss_price = report.config.miss_price;
     let price = || problem(format!("config.miss_price is {miss_price}, not a share from 0 to 1"));
-    let layout = Layout::new(report.sampling.frames_total, vec![basis; runs.len()])
+    let layout = Layout::new(report.sampling.frames_scored, vec![basis; runs.len()])
         .on_scales(report.config.scales)
         .with_miss_price(MissPrice::new(miss_price).ok_or_else(price)?);
     let (reducer, scans, mut posed) = reduce(kept, &layout, (threads, progress), &problem)?;

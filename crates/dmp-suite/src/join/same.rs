@@ -22,7 +22,7 @@ const FACTS: [Fact; 29] = [
     (MadeWith::Log, "inputs.point_times", |report| or_null(report.inputs.point_times.as_ref())),
     (MadeWith::Settings, "config.time_offset_s", |report| report.config.time_offset_s.to_string()),
     (MadeWith::Frames, "config.every", |report| report.config.every.to_string()),
-    (MadeWith::Frames, "sampling.frames_total", |report| report.sampling.frames_total.to_string()),
+    (MadeWith::Frames, "sampling.frames_scored", |report| report.sampling.frames_scored.to_string()),
     (MadeWith::Frames, "sampling.returns_one_in", |report| report.sampling.returns_one_in.to_string()),
     (MadeWith::Frames, "sampling.seed", |report| or_null(report.sampling.seed)),
     (MadeWith::Settings, "promise.confidence", |report| report.promise.confidence.to_string()),
@@ -49,11 +49,6 @@ pub(super) fn check(a: &NamedReport, b: &NamedReport) -> Result<(), JoinError> {
         let reports = Box::new([a.file.clone(), b.file.clone()]);
         Err(JoinError::Different { reports, what, field, values: Box::new([of_a, of_b]) })
     };
-    for report in [a, b] {
-        if report.report.sampling.places.is_some() {
-            return Err(JoinError::OfPlaces { report: report.name.clone() });
-        }
-    }
     for (what, field, value) in FACTS {
         let (of_a, of_b) = (value(&a.report), value(&b.report));
         if of_a != of_b {

@@ -110,28 +110,11 @@ fn what_only_some_reports_warn_of_has_their_names() {
 const OF_THE_RUNS: [&str; 2] = ["config.body_from_sensor", "config.voxel_filled_share"];
 
 #[test]
-fn reports_of_places_are_refused() {
-    let mut json = samples();
-    json["sampling"]["places"] = json!({
-        "drawn": 30, "total": 1000, "revisited": 9, "revisited_total": 300, "cut": 0, "length_m": 10.0,
-        "radius_m": 35.0, "spacing_m": 4.0, "scans_read": 800, "are_fewest": false, "share_asked": 0.05,
-        "bytes_read": 4_000_000
-    });
-    let of_places = || serde_json::from_value(json.clone()).unwrap();
-    let named = |name: &str, report| NamedReport { name: name.into(), file: format!("{name}.json"), report };
-    let text = refusal(&[named("a", of_places()), named("b", of_places())]);
-    assert!(text.starts_with("a: it scored a sample of places"), "{text}");
-    let text = refusal(&[named("a", whole()), named("b", of_places())]);
-    assert!(text.starts_with("b: it scored a sample of places"), "{text}");
-}
-
-#[test]
 fn a_difference_in_any_setting_is_reported() {
     let mut fields: Vec<String> =
         samples()["config"].as_object().unwrap().keys().map(|field| format!("config.{field}")).collect();
     fields.extend(samples()["sampling"].as_object().unwrap().keys().map(|field| format!("sampling.{field}")));
-    // Reports of places are never comparable: see below.
-    fields.retain(|field| !OF_THE_RUNS.contains(&field.as_str()) && field != "sampling.places");
+    fields.retain(|field| !OF_THE_RUNS.contains(&field.as_str()) && field != "sampling.quick");
     let of_the_log = ["fingerprint", "bytes", "topic", "point_times", "span_ns", "scans", "returns"];
     fields.extend(of_the_log.map(|field| format!("inputs.{field}")));
     fields.push("dmp_version".into());

@@ -37,25 +37,6 @@ impl Extent {
             tiles: runs.iter().map(tiles).sum(),
         })
     }
-
-    /// For one place, with the positions of its scans in each run. The poses are those of the drive, held
-    /// once.
-    ///
-    /// # Errors
-    /// When the voxel edge is invalid.
-    pub(crate) fn of_place(
-        places_m: impl ExactSizeIterator<Item = impl Iterator<Item = [f64; 2]>>,
-        settings: &Settings,
-    ) -> Result<Self, EvaluateError> {
-        let (runs, edge_m) = (places_m.len(), least_tile_edge_m(settings)?);
-        let tiles = places_m.map(|run| tiles_in_reach(run, edge_m, settings.max_range_m, usize::MAX)).sum();
-        Ok(Self { runs, poses: 0, tiles })
-    }
-
-    /// The larger one.
-    pub(crate) fn or_larger(self, other: Self) -> Self {
-        if other.tiles > self.tiles { other } else { self }
-    }
 }
 
 /// The edge of the smallest possible tiles.

@@ -45,11 +45,6 @@ const FRAME_BYTES: usize = 256;
 const MERGED: usize = 4;
 /// Least memory for the sums of a run's map.
 const LEAST_TABLE_BYTES: usize = 1 << 20;
-/// Memory of a return while the scans of a place are held, bytes: coordinates and a time.
-const HELD_RETURN_BYTES: u64 = 20;
-/// Least memory for the maps of a place, beside its thread's fixed part, bytes.
-const LEAST_PLACE_BYTES: usize = 32 << 20;
-
 /// The shares of the given memory.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Budget {
@@ -123,47 +118,6 @@ pub(crate) struct TrailBytes {
     pub(crate) tiles: usize,
     /// The counts.
     pub(crate) counts: usize,
-}
-
-/// The memory needs of threads that score places.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct PlaceNeeds {
-    /// Most returns of the scans of a place, and of one scan, as far as known.
-    pub(crate) returns: u64,
-    pub(crate) largest_scan: u64,
-    /// Bytes of a point in the log.
-    pub(crate) row_bytes: usize,
-    /// Most scans of a place, and those of the drive.
-    pub(crate) scans: usize,
-    pub(crate) scans_of_drive: usize,
-    /// Poses of all runs.
-    pub(crate) poses: usize,
-    pub(crate) place: Extent,
-}
-
-impl PlaceNeeds {
-    /// The number of threads that the memory allows for this many places, and the resources of each.
-    ///
-    /// # Errors
-    /// When it is too small for one thread.
-    pub(crate) fn share(&self, means: &Means, places: usize) -> Result<(usize, Means), EvaluateError> {
-        let (held_bytes, runs) = ((self.returns * HELD_RETURN_BYTES) as usize, self.place.runs);
-        let largest_scan = self.largest_scan as usize;
-        let thread = thread_bytes(largest_scan, largest_scan, self.row_bytes, runs);
-        let least = self.place.fixed_bytes(1, thread, self.scans) + runs * LEAST_TABLE_BYTES;
-        let of_place = held_bytes + least + LEAST_PLACE_BYTES;
-        let of_drive = self.poses * POSE_BYTES + self.scans_of_drive * FRAME_BYTES;
-        let asked = means.memory_bytes;
-        if asked < of_drive + of_place {
-            let needed = of_drive + of_place;
-            return Err(EvaluateError::TooLittleMemory { asked, needed, threads: 1, runs });
-        }
-        let left = asked - of_drive;
-        let threads = (left / of_place).min(means.threads).min(places).max(1);
-        let mut of_thread = means.clone();
-        (of_thread.threads, of_thread.memory_bytes) = (1, left / threads - held_bytes);
-        Ok((threads, of_thread))
-    }
 }
 
 impl Extent {

@@ -6,6 +6,6 @@ pub(crate) mod peak;
 mod work;
 
 pub(crate) use extent::Extent;
-pub(crate) use memory::{Budget, PlaceNeeds};
+pub(crate) use memory::Budget;
 pub use peak::{machine_memory_bytes, peak_anonymous_bytes, peak_bytes};
 pub(crate) use work::{Checkpoint, Work};

@@ -28,4 +28,3 @@ pub use reach::TilesInReach;
 pub(crate) use run_map::{MapFacts, RunMap, tile_bytes};
 pub(crate) use sanity::Doubts;
 pub use survey::Surveyed;
-pub(crate) use survey::{SURVEYED_SCANS, Survey};

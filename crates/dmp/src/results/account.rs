@@ -12,9 +12,7 @@ impl<M> Evaluation<'_, M> {
     /// # Errors
     /// When the counts of the fuse pass and of the cast pass differ, or nothing was cast.
     pub(crate) fn account(&self, scored: &mut Scored) -> Result<(), EvaluateError> {
-        // Holds only if all scans were scored, not a sample.
-        let all_scored = scored.reducer.frames_added() == self.plan.frames().len() as u64;
-        if let Some(mut first) = self.fused.counts.filter(|_| all_scored) {
+        if let Some(mut first) = self.fused.counts {
             // Of what was not drawn, fusing knows whether it could have been cast.
             let not_drawn = scored.counts.dropped(DropReason::NotDrawn);
             let (cast, fused) = (scored.counts.used(), first.used());
@@ -25,7 +23,6 @@ impl<M> Evaluation<'_, M> {
             scored.counts = first;
         }
         let (used, all) = (self.returns(), self.plan.frames().iter().map(|frame| frame.returns).sum::<u64>());
-        scored.counts.add_dropped(DropReason::ScanNotSampled, used.saturating_sub(scored.counts.total()));
         scored.counts.add_dropped(DropReason::ScanNotSelected, self.plan.selection.unselected_returns);
         scored.counts.add_dropped(DropReason::ScanWithoutPose, all - used);
         if scored.counts.used() == 0 {

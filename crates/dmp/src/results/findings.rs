@@ -98,11 +98,10 @@ impl Findings<'_> {
                 of_each_result: false,
             },
             sampling: SamplingReport {
-                frames_scored: scored.frames,
-                frames_total: plan.frames().len() as u64,
-                seed: (scored.places.is_some() || plan.draw.one_in() > 1).then_some(settings.seed),
+                frames_scored: plan.frames().len() as u64,
+                seed: (plan.draw.one_in() > 1).then_some(settings.seed),
                 returns_one_in: plan.draw.one_in(),
-                places: scored.places,
+                quick: None,
             },
             warnings: Vec::new(),
             timing,
@@ -246,10 +245,7 @@ impl Findings<'_> {
 
     /// Scans scored with a pose in a run.
     fn frames_of(&self, run: usize) -> usize {
-        let Scored { reducer, frames, places, .. } = self.scored;
-        if places.is_some() {
-            return *frames as usize;
-        }
+        let reducer = &self.scored.reducer;
         reducer.frames().iter().filter(|&ordinal| self.runs[run].path.has(ordinal)).count()
     }
 

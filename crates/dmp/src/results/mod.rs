@@ -4,4 +4,4 @@ mod account;
 mod findings;
 mod warnings;
 
-pub(crate) use findings::{Findings, MapSummary, drops_in_words, map_report, segment_report};
+pub(crate) use findings::{Findings, MapSummary, map_report, segment_report};

@@ -1,6 +1,6 @@
 //! What a reader must know before believing a report: when it warns, and the sentences.
 
-use dmp_report::{InputReport, PairReport, PlacesReport, Report, RunReport, Withheld};
+use dmp_report::{InputReport, PairReport, Report, RunReport, Withheld};
 use std::fmt::Display;
 
 use dmp_lengths::thousands;
@@ -22,8 +22,6 @@ const VEHICLE_SUSPECT: f64 = 0.05;
 const IMPLAUSIBLE_SUSPECT: f64 = 0.05;
 /// Scans, rows of them, or jumps of their stamps that are named.
 const MOST_NAMED: usize = 5;
-/// How much more may be read for places than was asked for before that is worth a warning.
-const OVER_ASKED: f64 = 1.1;
 /// Frames below which intervals come from few batches.
 const FRAMES_FEW: u64 = 40;
 
@@ -188,12 +186,9 @@ fn of_report<M>(report: &Report, plan: &Plan, runs: &[PosedRun<'_, M>]) -> Vec<S
         }
     }
     warnings.extend(of_drops(inputs));
-    let frames_total = report.sampling.frames_total;
-    if let Some(places) = &report.sampling.places {
-        warnings.extend(of_places(places, inputs.bytes));
-    }
-    if frames_total < FRAMES_FEW {
-        warnings.push(format!("few scans ({frames_total}): small differences stay undecided"));
+    let scans = report.sampling.frames_scored;
+    if scans < FRAMES_FEW {
+        warnings.push(format!("few scans ({scans}): small differences stay undecided"));
     }
     if report.runs.iter().any(|run| run.coverage.is_none()) {
         warnings.push("a map was given: it may contain the scored returns themselves".to_owned());
@@ -207,20 +202,13 @@ fn of_report<M>(report: &Report, plan: &Plan, runs: &[PosedRun<'_, M>]) -> Vec<S
     warnings
 }
 
-/// Of which returns many were excluded: whole scans without a pose as a share of those that were asked for, whether in the
-/// sample or not; other returns as a share of what was asked for, and where that was sampled, of what was read of it with a
-/// pose.
+/// Of which returns many were excluded, as a share of what was asked for.
 fn of_drops(inputs: &InputReport) -> Vec<String> {
-    const ASKED_FOR: [&str; 3] = ["scan_not_selected", "scan_not_sampled", "not_drawn"];
-    const UNPOSED: &str = "scan_without_pose";
+    const ASKED_FOR: [&str; 2] = ["scan_not_selected", "not_drawn"];
     let dropped = |reason: &str| inputs.dropped.0.get(reason).copied().unwrap_or(0);
-    let [not_selected, not_sampled, _] = ASKED_FOR.map(dropped);
+    let [not_selected, _] = ASKED_FOR.map(dropped);
     let asked = inputs.returns - not_selected;
-    let read = if not_sampled > 0 { asked - not_sampled - dropped(UNPOSED) } else { asked };
-    let share = |reason: &str| {
-        let all = if reason == UNPOSED { asked } else { read };
-        dropped(reason) as f64 / all.max(1) as f64
-    };
+    let share = |reason: &str| dropped(reason) as f64 / asked.max(1) as f64;
     let vehicle = share("vehicle");
     let mut warnings = Vec::new();
     if vehicle > VEHICLE_SUSPECT && vehicle <= DROPS_SUSPECT {
@@ -234,43 +222,6 @@ fn of_drops(inputs: &InputReport) -> Vec<String> {
         if share > DROPS_SUSPECT {
             warnings.push(format!("{:.0} % of the returns were dropped: {reason}", 100.0 * share));
         }
-    }
-    warnings
-}
-
-/// What a sample of places does not show.
-fn of_places(places: &PlacesReport, log_bytes: u64) -> Vec<String> {
-    let mut warnings = Vec::new();
-    if places.revisited_total == 0 {
-        warnings.push(format!(
-            "no place is revisited: the scores compare scans within {:.0} m of each other, and do not see drift or \
-             large-scale bending",
-            2.0 * places.radius_m
-        ));
-    } else if places.revisited == 0 {
-        warnings.push(format!(
-            "{} of {} places are revisited, but none of these was drawn: drift is not judged; try a larger --quick",
-            thousands(places.revisited_total),
-            thousands(places.total)
-        ));
-    }
-    if places.cut > 0 {
-        warnings.push(format!(
-            "{} of the places have more scans than are read for one: a run diverged, or passed many times",
-            thousands(places.cut)
-        ));
-    }
-    let share = places.bytes_read.map_or(0.0, |bytes| bytes as f64 / log_bytes.max(1) as f64);
-    if places.share_asked.is_some_and(|asked| share > OVER_ASKED * asked) {
-        let why = if places.are_fewest {
-            format!("{} places are the minimum, and the log is short", thousands(places.drawn))
-        } else {
-            "the drawn places are large,".to_owned()
-        };
-        warnings.push(format!(
-            "{:.1} % of the log's bytes were read, more than asked for: {why} or the log has no index",
-            100.0 * share
-        ));
     }
     warnings
 }

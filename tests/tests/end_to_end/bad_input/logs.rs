@@ -134,8 +134,6 @@ pub(super) const ROWS: &[Row] = &[
         made: logs_without_checksums,
         lines: "
             score town.mcap => 0 has_checksums = true; warnings lacks from the others
-            score @/town.mcap -t @/truth.tum -t @/drift.tum --quick=100% => 0 has_checksums = true
-            score long.mcap -t @/truth.tum -t @/drift.tum --quick=100% => 0 has_checksums = false
             score town.mcap --map truth=map.laz --voxel 1.5 => 0 runs/0/map_notes: no checksums
             score town.mcap --map truth=map.dmpmap => 0 runs/0/map_notes lacks no checksums
             score foreign => 0 warnings: 1 scan differs | scan 12 has | ranges below 1 mm or above 100 km
@@ -252,8 +250,6 @@ fn without_crcs(mut bytes: Vec<u8>) -> Vec<u8> {
 /// Logs that nothing vouches for, undamaged ones, and damage that breaks no form.
 fn logs_without_checksums(town: &Town) {
     town.write("plain.mcap", without_crcs(town.read("town.mcap")));
-    // A quick score reads few chunks, and the heads of all.
-    town.write("long.mcap", without_crcs(sample().0));
     let formats = [FolderFormat::Bin, FolderFormat::Pcd, FolderFormat::Ply, FolderFormat::Laz];
     formats.into_iter().for_each(|format| town.scans(format.extension(), town.scans, format));
     let odd = "from the others | the same as scan | is stamped | no scan for";

@@ -68,7 +68,7 @@ fn row_24_long_steps_stop_midway_and_leave_nothing() {
     for arguments in [
         "calibrate town.mcap -t truth.tum",
         "drift town.mcap -t truth.tum",
-        "score town.mcap -t truth.tum --quick=100%",
+        "score town.mcap -t truth.tum --quick",
         "score town.mcap -t truth.tum --map cloud.laz",
         "convert log town.mcap -o out",
     ] {

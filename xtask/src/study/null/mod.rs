@@ -25,6 +25,9 @@ pub(super) struct NullArgs {
     /// Draws of each kind of noise; every two of them are equal
     #[arg(long, default_value_t = 6)]
     draws: u64,
+    /// Score only every so many scans
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    every: usize,
     /// Compare the runs by drift instead of scores
     #[arg(long)]
     drift: bool,
@@ -45,7 +48,7 @@ pub(super) fn run(arguments: &NullArgs) -> anyhow::Result<()> {
             continue;
         }
         for set in sets(&log, arguments.draws)? {
-            let counts = score(&log, &set)?;
+            let counts = score(&log, &set, arguments.every)?;
             counts.print(&name, &set.name);
             verdicts.add(&set, counts);
         }
@@ -59,11 +62,12 @@ pub(super) fn run(arguments: &NullArgs) -> anyhow::Result<()> {
 }
 
 /// Scores the runs of a set in one command.
-fn score(log: &NullLog, set: &Set) -> anyhow::Result<Counts> {
+fn score(log: &NullLog, set: &Set, every: usize) -> anyhow::Result<Counts> {
     let named = |(name, trajectory): &(String, Trajectory)| Run::new(name, trajectory.clone());
     let runs: Vec<Run> = set.runs.iter().map(named).collect();
     let sums = sums::Sums::new(log.log.frames().len(), runs.len(), log.scales);
-    let report = dmp::evaluate(log.log.as_ref(), &runs, &Config::default(), dmp::Watch::sink(&sums))
+    let config = Config { every, ..Config::default() };
+    let report = dmp::evaluate(log.log.as_ref(), &runs, &config, dmp::Watch::sink(&sums))
         .with_context(|| format!("{} of {}", set.name, log.name))?;
     Ok(Counts::of(set, &sums.finish(), &report))
 }

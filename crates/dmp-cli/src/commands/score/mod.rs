@@ -6,7 +6,6 @@ mod pairs;
 mod quick;
 mod ranked;
 pub(crate) mod render;
-mod sampling;
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -92,8 +91,7 @@ pub(crate) fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::
     let outputs = Outputs::of(asked, &started.names(), &inputs(asked, &log))?;
     let gate_args = GateArgs::from_arg_matches(asked.matches())?;
     let gates = gate_args.start(&started.names())?;
-    let quick = asked.get(&scoring::QUICK);
-    let quick = quick.map(|quick| quick::score(asked, &log, &config, quick, common)).transpose()?;
+    let quick = asked.has(&scoring::QUICK).then(|| quick::score(asked, &log, &config, common)).transpose()?;
     let (report, damaged, recorded) = if let Some((report, damaged)) = quick.flatten() {
         (report, damaged, None)
     } else {

@@ -6,7 +6,6 @@ use dmp::{Reach, Report, ScaleReport, Scales, Verdict};
 use dmp_draw::text::{self, NONE, Side, Table, count, digits};
 use dmp_draw::{OrderedPair, every_pair, worse_between, worse_by};
 
-use super::sampling;
 use crate::console::Terminal;
 
 /// Writes remarks on the pairs with the first run that are not simply decided; equal ones together.
@@ -41,7 +40,11 @@ fn remark(report: &Report, shown: &OrderedPair<'_>) -> Option<String> {
     match pair.verdict {
         Verdict::Better { .. } | Verdict::Same => None,
         Verdict::Undecided => {
-            let more = sampling::more_needed(report, pair);
+            // A quick score ends with its last look.
+            let more = report
+                .sampling
+                .quick
+                .map_or("", |_| "; if anything decides, it is all scans, without --quick");
             Some(format!("{}{}{more}", pair.reason, by_how_much(shown)))
         }
         Verdict::Mixed { .. } => Some(pair.reason.clone()),

@@ -6,7 +6,6 @@ use dmp::Report;
 use dmp_draw::text::{self, Side, Table, shortened, width_of};
 use dmp_draw::{Mood, Ranking, Standing, beside, ranking, standing};
 
-use super::sampling;
 use crate::console::{Terminal, Tone};
 
 /// Lines of a column's head: name, truncation, unit.
@@ -95,9 +94,6 @@ impl<'a> Ranked<'a> {
                 column.rank = column.rank.map(|_| u8::MAX);
             }
             columns.push(column);
-            if k == 0 && report.is_sample() {
-                columns.push(error_of_sample(report, &ranking));
-            }
         }
         let has_short_names = shorten(&mut columns, terminal.width);
         let blocks = blocks(&columns, terminal.width);
@@ -156,15 +152,6 @@ impl<'a> Ranked<'a> {
 
 /// Rank and name, which begin each block.
 const GIVEN: usize = 2;
-
-/// How far the first score of a sample may be off.
-fn error_of_sample(report: &Report, ranking: &Ranking<'_>) -> Column {
-    let errors = ranking.rows.iter().map(|row| sampling::half_width(ranking, row)).collect();
-    let mut column = Column::new("±", Side::Right, errors);
-    column.cells[1] = text::confidence(report.promise.confidence);
-    ranking.unit().clone_into(&mut column.cells[2]);
-    column
-}
 
 fn tone_of(mood: Mood) -> Tone {
     match mood {

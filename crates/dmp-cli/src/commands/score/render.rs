@@ -2,12 +2,12 @@
 
 use std::io::{self, Write};
 
-use dmp::{DriftReport, Report};
+use dmp::{DriftReport, QuickReport, Report};
 use dmp_draw::text::{self, counted, shortened};
 use dmp_draw::{answer, drift_beside_scores, drift_in_words, legend, pairs_in_words, places, promise};
 
 use super::ranked::Ranked;
-use super::{details, pairs, sampling};
+use super::{details, pairs};
 use crate::console::{Terminal, Tone};
 
 /// Columns of a name in the answer.
@@ -114,12 +114,17 @@ fn drift_of_runs(
 fn what_went_in(report: &Report) -> Vec<String> {
     let mut lines = vec![settings(report)];
     lines.extend(report.inputs.without_checksums().map(|note| format!("log: {note}")));
-    let sampled = &report.sampling;
-    lines.extend(sampled.places.map(|places| sampling::places_in_words(sampled, &places)));
+    lines.extend(report.sampling.quick.map(|quick| quick_in_words(&quick, report.inputs.bytes)));
     for run in &report.inputs.runs {
         lines.extend(run.map_notes.iter().map(|note| format!("map of {}: {note}", run.name)));
     }
     lines
+}
+
+/// What a quick score took.
+fn quick_in_words(quick: &QuickReport, log_bytes: u64) -> String {
+    let percent = 100.0 * quick.bytes as f64 / log_bytes.max(1) as f64;
+    format!("a quick score: look {} of {}, on {percent:.0} % of the log's bytes", quick.look, quick.looks)
 }
 
 fn settings(report: &Report) -> String {
@@ -132,10 +137,7 @@ fn settings(report: &Report) -> String {
         }
     };
     let segments = text::segments_in_words(inputs.runs.iter().map(|run| &run.segments));
-    let returns = match report.sampling.places {
-        Some(_) => format!("{} scored", counted(inputs.returns_used, "return")),
-        None => of(inputs.returns_used, inputs.returns, "return"),
-    };
+    let returns = of(inputs.returns_used, inputs.returns, "return");
     let drawn = match report.sampling.returns_one_in {
         1 => String::new(),
         one_in => format!(" cast, one of {one_in} consecutive"),

@@ -35,7 +35,7 @@ pub(super) struct Missing {
 
 /// Whether `dmp shard` takes these arguments, too.
 fn is_in_parts(asked: &Asked) -> bool {
-    let is_whole = asked.get(&scoring::QUICK).is_some() || !asked.all(&input::MAPS).is_empty();
+    let is_whole = asked.has(&scoring::QUICK) || !asked.all(&input::MAPS).is_empty();
     !is_whole && ShardPlan::check_settings(&asked.config()).is_ok()
 }
 

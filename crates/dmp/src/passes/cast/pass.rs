@@ -4,7 +4,6 @@ use std::collections::HashMap;
 
 use dmp_map::{Lattice, TileId};
 use dmp_reduce::{Basis, Confidence, FrameSet, Layout, Reducer, RunSums};
-use dmp_report::PlacesReport;
 use dmp_runs::{EvaluateError, Stage};
 use dmp_sensor::ReturnCounts;
 
@@ -15,7 +14,7 @@ use super::odd::{OddScans, in_rows, odd_scans};
 use super::worker::{CastWorker, OwnTileSums};
 use crate::drawn::ScanShape;
 use crate::passes::evaluation::Evaluation;
-use crate::passes::frames::{Pauses, Reading, each_frame_in_parts, each_frame_of, jobs_of};
+use crate::passes::frames::{Pauses, Reading, each_frame_in_parts, jobs_of};
 use crate::passes::fuse::KeptMaps;
 use crate::passes::schedule::Schedule;
 
@@ -23,10 +22,6 @@ use crate::passes::schedule::Schedule;
 #[derive(Debug)]
 pub(crate) struct Scored {
     pub(crate) reducer: Reducer,
-    /// Scans that were scored.
-    pub(crate) frames: u64,
-    /// If places were drawn instead of scans: their part of the report.
-    pub(crate) places: Option<PlacesReport>,
     /// For every unit of the reducer its number in the log: of a scan, or of the scan in a place's middle.
     pub(crate) scan_of_unit: Vec<usize>,
     /// How sure the verdicts are together.
@@ -139,30 +134,6 @@ impl Evaluation<'_, RunCaster> {
         Schedule::new(&self.plan, &runs, jobs, self.settings.max_range_m)
     }
 
-    /// Casts the drawn returns of some frames, once and without checkpoints. Returns the return counts, and the
-    /// sums by tile if requested.
-    ///
-    /// # Errors
-    /// When the log or a map cannot be read.
-    pub(crate) fn cast_frames(
-        &self,
-        wanted: &FrameSet,
-    ) -> Result<(ReturnCounts, OwnTileSums), EvaluateError> {
-        let layout = self.layout();
-        let workers = (0..self.means.threads).map(|_| CastWorker::new(self, &layout)).collect();
-        let reading = self.drawn_reading();
-        let is_wanted = |ordinal| wanted.contains(ordinal) && self.uses(ordinal);
-        let workers = each_frame_of(reading, is_wanted, workers)?;
-        let (mut counts, mut tiles) = (ReturnCounts::default(), HashMap::new());
-        for worker in workers {
-            counts.merge(&worker.counts);
-            for (tile, sums) in worker.tiles {
-                tiles.entry(tile).or_insert_with(RunSums::default).merge(&sums);
-            }
-        }
-        Ok((counts, tiles))
-    }
-
     /// The reading of what is cast: of the drawn returns where they were kept, else of the log.
     pub(super) fn drawn_reading(&self) -> Reading<'_> {
         let reading = self.plan.reading(self.log, &self.means, self.progress);
@@ -199,11 +170,8 @@ impl<M> Evaluation<'_, M> {
     pub(super) fn scored(&self, sums: Sums) -> Result<Scored, EvaluateError> {
         let Sums { reducer, counts, tiles, shapes, marks } = sums;
         let (odd_scans, copied_scans) = (self.odd_scans(shapes), self.copied_scans(marks));
-        let frames = reducer.frames_added();
         Ok(Scored {
             reducer,
-            frames,
-            places: None,
             scan_of_unit: self.plan.frames().iter().map(|frame| frame.number).collect(),
             confidence: self.settings.confidence,
             counts,
