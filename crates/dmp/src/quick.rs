@@ -12,6 +12,9 @@ const STEPS: [usize; 4] = [32, 16, 8, 4];
 /// With fewer scans verdicts are rare.
 const FEWEST_SCANS: usize = 100;
 
+/// Where no run has this share of its returns on what other scans saw, the scans are too far apart for the sensor.
+const LEAST_COVERAGE: f64 = 0.1;
+
 /// Every so many scans of a log of `scans` scans are scored by the looks of [`evaluate_quick`]; none where it has too few.
 ///
 /// ```
@@ -24,7 +27,8 @@ pub fn quick_steps(scans: usize) -> Vec<usize> {
 }
 
 /// Scores `runs` on every 32nd scan of the log that `outline` describes, then on every 16th, 8th and 4th, until all pairs of
-/// runs are decided, mixed or the same. Scans that are not scored are not read, unless they are packed together with others.
+/// runs are decided, mixed or the same, and a run has a tenth of its returns on what other scans saw. Scans that are not scored
+/// are not read, unless they are packed together with others.
 ///
 /// A look is the [`evaluate`](crate::evaluate) of [`Config::every`], without drift: its maps are made of the scans that it
 /// scores. Each has the scans of the one before. The looks share the error rate in equal parts (Bonferroni's inequality).
@@ -50,16 +54,22 @@ pub fn evaluate_quick<'a>(
         let log = outline.open(&wanted)?;
         let config = Config { every, drift: DriftPairs::None, ..config.clone() };
         let mut report = evaluate_look(log.as_ref(), runs, &config, looks, watch)?;
-        let is_open = |pair: &PairReport| pair.verdict == Verdict::Undecided;
-        let is_decided = !report.pairs.iter().any(is_open);
         let bytes = bytes_of(outline, &wanted);
+        report.inputs.scans = scans;
         report.sampling.quick = Some(QuickReport { look: number, looks, bytes });
+        let is_enough = is_enough(&report);
         last = Some(report);
-        if is_decided {
+        if is_enough {
             break;
         }
     }
     last.ok_or_else(|| too_few(scans))
+}
+
+/// Whether all pairs are decided, and by enough returns.
+fn is_enough(report: &Report) -> bool {
+    let is_open = |pair: &PairReport| pair.verdict == Verdict::Undecided;
+    !report.pairs.iter().any(is_open) && report.runs.iter().any(|run| run.coverage >= Some(LEAST_COVERAGE))
 }
 
 /// Bytes of what these scans are packed in, and of the index.

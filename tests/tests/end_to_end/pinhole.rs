@@ -171,11 +171,7 @@ fn what_is_not_for_rooms_is_refused_in_words() {
     write(&folder.path().join("box"), &camera([32, 24], Distortion::NONE), &poses, to_the_walls_m);
     let lines: Vec<String> = (0..12).map(|k| format!("{:.3} 0 0 0 0 0 0 1", 0.033 * f64::from(k))).collect();
     write_text(folder.path(), "run.txt", &lines.join("\n"));
-    for (options, words) in [
-        ("--quick", "quick of a room"),
-        ("--voxel 0.005", "0.005"),
-        ("--max-range 0.2", "ranges 0.3 to 0.2 m"),
-    ] {
+    for (options, words) in [("--voxel 0.005", "0.005"), ("--max-range 0.2", "ranges 0.3 to 0.2 m")] {
         refused(folder.path(), &format!("score box -t run.txt {options}"), 2, &[words]);
     }
     misused(folder.path(), "score box -t run.txt --segment 2hours", &["`2hours` is no length of a segment"]);

@@ -47,12 +47,12 @@ fn a_look_is_a_score_of_some_scans() {
     let path = folder.path().join("city.mcap");
     let (scans, truth) = city(800.0, 0.4);
     write_chunks(&path, &scans, SMALL_CHUNK);
-    let every = quick_steps(scans.len())[0];
     let runs = runs_of(&truth, &[("drift", drift(2.0))]);
     let report = quick(&path, &runs, &plain());
     assert_eq!(report.pairs[0].verdict.better(), Some("truth"));
-    let taken = report.sampling.quick.unwrap();
-    assert_eq!((taken.look, taken.looks), (1, quick_steps(scans.len()).len() as u32));
+    let (taken, every, steps) =
+        (report.sampling.quick.unwrap(), report.config.every, quick_steps(scans.len()));
+    assert_eq!((steps[taken.look as usize - 1], steps.len()), (every, taken.looks as usize));
     let share = taken.bytes as f64 / report.inputs.bytes as f64;
     assert!(share < 0.5, "{share} of the log read for every {every}th of {} scans", scans.len());
 

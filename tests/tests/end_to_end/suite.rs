@@ -103,14 +103,14 @@ fn versions_are_compared_and_the_second_time_nothing_is_scored() {
 
 #[test]
 fn other_programs_can_fill_the_cache() {
-    let folder = suite(&[("a", ""), ("b", "max_range = 60\ndecide = true"), ("same as a", "")], "");
+    let folder = suite(&[("a", ""), ("b", "max_range = 60"), ("same as a", "")], "");
     let path = folder.path();
     let empty = ends(path, "suite s.toml --cached", 2);
     has(lines(&empty).last().unwrap(), &["error: s.toml: no log was scored", "not in the cache"]);
     let list = json_of(&dmp(path, "suite s.toml --list"));
     let logs = list["logs"].as_array().unwrap();
     assert_eq!((&list["schema"], logs.len()), (&"dmp-suite-list/1".into(), 2));
-    assert_eq!((&logs[0]["is_in_parts"], &logs[1]["is_in_parts"]), (&true.into(), &false.into()));
+    assert_eq!((&logs[0]["is_in_parts"], &logs[1]["is_in_parts"]), (&true.into(), &true.into()));
     let elsewhere = tempfile::tempdir().unwrap();
     let arguments =
         logs[1]["arguments"].as_array().unwrap().iter().map(|argument| argument.as_str().unwrap());
