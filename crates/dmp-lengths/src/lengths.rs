@@ -45,8 +45,6 @@ pub struct Lengths {
     /// Runs are the same where 95 % of their points are this near within a visit, metres. Two draws of white noise of 5 mm in
     /// every pose of a drive are 28 mm apart.
     pub same_within_m: f64,
-    /// Whether places can be drawn for a quick score: they are 10 m long.
-    pub has_quick: bool,
 
     /// Of the map of a pose graph.
     pub loop_map: LoopMapLengths,

@@ -39,7 +39,6 @@ const TABLE: &[(Scales, Lengths)] = &[
             has_vehicle: true,
             pass_m: 66.0,
             same_within_m: 0.04,
-            has_quick: true,
             loop_map: LoopMapLengths { column_m: 8.0, near_m: 3.0, moved_m: 0.02, stretch_m: 5.0 },
             // Through streets, with a sensor that sees all around: a drift of some metres in 500 to 800 m.
             simulated_loops: SimulatedLoopLengths {
@@ -82,7 +81,6 @@ const TABLE: &[(Scales, Lengths)] = &[
             has_vehicle: false,
             pass_m: 6.6,
             same_within_m: 0.004,
-            has_quick: false,
             // A tenth of a drive's, to the bit: 3.0 * 0.1 is not 0.3.
             loop_map: LoopMapLengths {
                 column_m: 0.8,

@@ -31,8 +31,8 @@ pub fn quick_steps(scans: usize) -> Vec<usize> {
 /// are not read, unless they are packed together with others.
 ///
 /// A look is the [`evaluate`](crate::evaluate) of [`Config::every`], without drift: its maps are made of the scans that it
-/// scores. Each has the scans of the one before. The looks share the error rate in equal parts (Bonferroni's inequality).
-/// `docs/accuracy.md` compares it with all scans.
+/// scores; `watch` follows one after the other. Each has the scans of the one before. The looks share the error rate in
+/// equal parts (Bonferroni's inequality). `docs/accuracy.md` compares it with all scans.
 ///
 /// # Errors
 /// As [`evaluate`](crate::evaluate); when the log has too few scans ([`quick_steps`]), and for settings that choose scans
