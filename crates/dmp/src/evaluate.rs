@@ -16,7 +16,8 @@ use crate::results::{Findings, MapSummary, map_report};
 /// [`Watch`].
 ///
 /// Reads the log once, to fuse the maps, and keeps in the work folder the returns that are cast and those whose rays show
-/// what moved. It is read once more where all returns are cast or the maps were given. [`Config::drift`] reads the scans of revisits once more. A few scans are read before and in between. Runs are scored as given:
+/// what moved. It is read once more where all returns are cast or the maps were given. [`Config::drift`] reads the scans
+/// of revisits once more. A few scans are read before and in between. Runs are scored as given:
 /// [`vet`](fn@crate::vet) detects runs that do not belong to the log, wrong clocks and wrong extrinsics. The
 /// report is bit-identical for every number of threads, memory budget and reading order, except its `timing`,
 /// its `memory` and the warning about a nearly full disk.

@@ -6,7 +6,7 @@ use dmp_runs::{Config, DriftPairs, EvaluateError, Run, SettingName, Watch};
 
 use crate::evaluate::evaluate_look;
 
-/// Every so many scans are scored at the looks, one after the other. All looks together read less than half of a log.
+/// Every so many scans are scored at the looks, one after the other. All looks together score less than half of the scans.
 const STEPS: [usize; 4] = [32, 16, 8, 4];
 
 /// With fewer scans verdicts are rare.
@@ -72,11 +72,11 @@ fn is_enough(report: &Report) -> bool {
     !report.pairs.iter().any(is_open) && report.runs.iter().any(|run| run.coverage >= Some(LEAST_COVERAGE))
 }
 
-/// Bytes of what these scans are packed in, and of the index.
+/// Bytes of what these scans are packed in.
 fn bytes_of(outline: &LogOutline, wanted: &[usize]) -> u64 {
     let scans = outline.scans();
     let groups = wanted.chunk_by(|&a, &b| scans[a].group == scans[b].group);
-    outline.own_bytes_read().unwrap_or(0) + groups.map(|group| scans[group[0]].bytes).sum::<u64>()
+    groups.map(|group| scans[group[0]].bytes).sum()
 }
 
 fn check(config: &Config, scans: usize, steps: &[usize]) -> Result<(), EvaluateError> {

@@ -180,7 +180,7 @@ mod tests {
     #[test]
     fn anchors_are_those_of_github_and_mdbook() {
         let cases = [
-            ("## A sample of places (`--quick`, `--ego`)", "a-sample-of-places---quick---ego"),
+            ("## Few scans (`--quick`, `--ego`)", "few-scans---quick---ego"),
             ("## `dmp-suite/1`", "dmp-suite1"),
             ("# When it is *not* R_cv", "when-it-is-not-r_cv"),
             ("### As [the page](page.md#x) says: Ä", "as-the-page-says-ä"),

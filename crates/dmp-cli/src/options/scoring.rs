@@ -90,7 +90,7 @@ pub(crate) static QUICK: Opt<bool> = Opt {
         &output::REFERENCE,
     ],
     help: "Score every 32nd scan, then every 16th, 8th and 4th, until all pairs of runs are decided; maps are made of these scans alone. \
-           Reads less than half of a log with an index, and often a tenth. All of a log below 400 scans is scored",
+           Of a log with an index only what these scans lie in is read. All of a log below 400 scans is scored",
     ..Opt::switch(Sampling, "quick")
 };
 

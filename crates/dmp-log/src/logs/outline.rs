@@ -22,8 +22,6 @@ pub struct LogOutline {
     path: PathBuf,
     scans: Vec<OutlinedScan>,
     source: Source,
-    /// Bytes read to make it.
-    own_bytes: Option<u64>,
 }
 
 /// What parts are opened from.
@@ -90,9 +88,7 @@ pub fn outline_log(path: &Path, options: &LogOptions) -> Result<LogOutline, LogE
             Source::whole(log, &bytes)
         }
     };
-    let mut outline = LogOutline { path: path.into(), scans, source, own_bytes: None };
-    outline.own_bytes = outline.bytes_read();
-    Ok(outline)
+    Ok(LogOutline { path: path.into(), scans, source })
 }
 
 impl Source {
@@ -153,11 +149,6 @@ impl LogOutline {
             Source::Bag(bag) => bag.bytes_read(),
             Source::Whole { log, .. } => log.bytes_read(),
         }
-    }
-
-    /// How many of these were read to make the outline itself.
-    pub fn own_bytes_read(&self) -> Option<u64> {
-        self.own_bytes
     }
 
     /// How far the stamp of a scan that was looked at is at most from that of the index, nanoseconds; 0 where

@@ -26,7 +26,7 @@ pub struct QuickReport {
     pub look: u32,
     /// How many there are, which share the error rate.
     pub looks: u32,
-    /// Bytes of the log in which the scans of this look lie, and of its index.
+    /// Bytes of the log in which the scans of this look lie.
     pub bytes: u64,
 }
 

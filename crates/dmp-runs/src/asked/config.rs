@@ -135,7 +135,7 @@ pub struct Config {
     pub every: usize,
     /// How many of the returns of a scored scan are cast; the maps use all of them.
     pub returns: CastReturns,
-    /// Seed of the draws: the same number draws the same returns and places.
+    /// Seed of the draws: the same number draws the same returns.
     pub seed: u64,
     /// The extrinsic of the sensor on the body of the trajectories, for runs without their own.
     pub body_from_sensor: Isometry3<f64>,

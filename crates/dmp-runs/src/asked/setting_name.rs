@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// A setting of [`Config`](crate::Config), of a [`Run`](crate::Run) or of a sample of places.
+/// A setting of [`Config`](crate::Config), of a [`Run`](crate::Run) or of a quick score.
 ///
 /// Its text (`Display`) is a plain name. A program with other names for its users passes them to
 /// [`EvaluateError::message_with`](crate::EvaluateError::message_with) and
@@ -24,7 +24,7 @@ pub enum SettingName {
     Every,
     /// [`Config::returns`](crate::Config::returns).
     Returns,
-    /// How much of a log a quick score reads.
+    /// A quick score itself.
     Quick,
     /// [`Run::map`](crate::Run::map).
     Map,
