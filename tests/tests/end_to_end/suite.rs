@@ -103,14 +103,17 @@ fn versions_are_compared_and_the_second_time_nothing_is_scored() {
 
 #[test]
 fn other_programs_can_fill_the_cache() {
-    let folder = suite(&[("a", ""), ("b", "max_range = 60"), ("same as a", "")], "");
+    let folder = suite(&[("a", ""), ("b", "max_range = 60\nquick = true"), ("same as a", "")], "");
     let path = folder.path();
+    // A quick score chooses its scans, and measures no drift.
+    let asked = fs::read_to_string(path.join("s.toml")).unwrap();
+    write(path, "s.toml", &asked.replace("every = 2\n", "").replace("drift = \"none\"\n", ""));
     let empty = ends(path, "suite s.toml --cached", 2);
     has(lines(&empty).last().unwrap(), &["error: s.toml: no log was scored", "not in the cache"]);
     let list = json_of(&dmp(path, "suite s.toml --list"));
     let logs = list["logs"].as_array().unwrap();
     assert_eq!((&list["schema"], logs.len()), (&"dmp-suite-list/1".into(), 2));
-    assert_eq!((&logs[0]["is_in_parts"], &logs[1]["is_in_parts"]), (&true.into(), &true.into()));
+    assert_eq!((&logs[0]["is_in_parts"], &logs[1]["is_in_parts"]), (&true.into(), &false.into()));
     let elsewhere = tempfile::tempdir().unwrap();
     let arguments =
         logs[1]["arguments"].as_array().unwrap().iter().map(|argument| argument.as_str().unwrap());
