@@ -1,6 +1,6 @@
 """Races real systems on simulated drives, and compares the verdicts with the true trajectories.
 
-    python python/studies/race.py [--tune] [--drives N] [-o FOLDER]
+    python python/studies/race.py [--tune | --null N | --board DATA] [--drives N] [-o FOLDER]
 
 needs `dmp-slam[race]`. It prints the tables of docs/accuracy.md and keeps each race in its folder; a drive whose race is there is
 not raced again.
@@ -13,6 +13,8 @@ import json
 from collections import Counter
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 import dmp_slam as dmp
 
@@ -30,8 +32,11 @@ DRIVES = [
 SENSOR = {"scans": 250, "rate": 5, "azimuth_steps": 360, "truth_rate": 100}
 SYSTEMS = ["kiss", "genz", "ct", "mad", "loam", "form"]
 SETTINGS = {"kiss": {"deskew": [True, False], "voxel_size": [0.5, 1.0]}}
+SAMPLES = Path(__file__).parents[2] / "data-samples"
 #: Pairs whose errors differ by less are not counted.
 APART = 1.2
+#: Edge of a place, metres; of a place so many sightings are compared, in one scan of so many.
+PLACE_M, SIGHTINGS, EVERY = 0.5, 8, 4
 SAID = ("right", "wrong", "mixed", "undecided", "same")
 #: Drives and candidates for tuning.
 TUNED = [
@@ -68,8 +73,47 @@ def repaired(drive: dict[str, Any], folder: Path, run: str) -> str:
     return f"{dmp.truth.ape(truth, out, align=True)['stats']['rmse']:.3f}" if out.exists() else "–"
 
 
+def inconsistency_m(drive: dict[str, Any], folder: Path, runs: list[str]) -> dict[str, float]:
+    """The mean distance between the places to which a run puts two sightings of one true place, metres. No score enters."""
+    name = name_of(drive)
+    files = {"truth": folder / f"{name}.truth.tum", **{run: folder / name / f"{run}.tum" for run in runs}}
+    posed = dmp.score(folder / f"{name}.mcap", files, every=EVERY, returns="all", residuals=True, progress=False)
+    sighted: dict[str, Any] = {}
+    for run in files:
+        returns = posed.residuals(run)
+        # Frame, time and range distinguish the returns.
+        keys = np.column_stack([returns["frame"], returns["time_s"], returns["range_m"]])
+        sighted[run] = (np.ascontiguousarray(keys).view("f8,f8,f8").ravel(), np.column_stack([returns[axis] for axis in "xyz"]))
+    common = sighted["truth"][0]
+    for keys, _ in sighted.values():
+        common = np.intersect1d(common, keys)
+    common = np.random.default_rng(0).permutation(common)
+
+    def points(run: str) -> Any:
+        keys, at = sighted[run]
+        order = np.argsort(keys)
+        return at[order[np.searchsorted(keys, common, sorter=order)]]
+
+    true = points("truth")
+    places = np.unique(np.floor(true / PLACE_M), axis=0, return_inverse=True)[1].ravel()
+    by_place = np.argsort(places, kind="stable")
+    places, frames, true = places[by_place], common["f0"][by_place], true[by_place]
+    found = {}
+    for run in runs:
+        seen = points(run)[by_place]
+        # In the world of the truth: the rotation and translation that fit best.
+        u, _, v = np.linalg.svd((seen - seen.mean(0)).T @ (true - true.mean(0)))
+        off = (seen - seen.mean(0)) @ (u @ np.diag([1, 1, np.linalg.det(u @ v)]) @ v) - (true - true.mean(0))
+        apart = []
+        for ahead in range(1, SIGHTINGS):
+            two = (places[:-ahead] == places[ahead:]) & (frames[:-ahead] != frames[ahead:])
+            apart.append(np.linalg.norm(off[:-ahead][two] - off[ahead:][two], axis=1))
+        found[run] = float(np.concatenate(apart).mean())
+    return found
+
+
 def verdicts(race: dict[str, Any], error_m: dict[str, float]) -> list[tuple[str, str, str]]:
-    """Each pair whose errors differ, the better run by ATE first, and what is said of it."""
+    """Each pair whose errors differ, the better run by them first, and what is said of it."""
     found = []
     for pair in race["score"]["pairs"]:
         good, bad = sorted((pair["a"], pair["b"]), key=error_m.__getitem__)
@@ -83,22 +127,26 @@ def all_systems(drives: list[dict[str, Any]], folder: Path) -> None:
     """One row a drive: what is decided between real systems, and how good the first one is."""
     print("| drive | runs | failed | pairs | right | wrong | mixed | undecided | same | first by score | ATE, m | repaired | first by ATE | ATE, m |")
     print("|---|--:|--:|--:|--:|--:|--:|--:|--:|---|--:|--:|---|--:|")
-    total: Counter[str] = Counter()
+    total: dict[str, Counter[str]] = {"ATE": Counter(), "consistency": Counter()}
     wrong = []
     for drive in drives:
         race, error_m = raced(drive, folder, systems=SYSTEMS, settings=SETTINGS)
+        apart_m = inconsistency_m(drive, folder, list(error_m))
         found = verdicts(race, error_m)
         counts = Counter(said for _, _, said in found)
-        total += counts
-        wrong += [(drive, good, error_m[good], bad, error_m[bad]) for good, bad, said in found if said == "wrong"]
+        total["ATE"] += counts
+        total["consistency"] += Counter(said for _, _, said in verdicts(race, apart_m))
+        for by, of_run in (("ATE", error_m), ("consistency", apart_m)):
+            wrong += [(by, drive, good, of_run[good], bad, of_run[bad]) for good, bad, said in verdicts(race, of_run) if said == "wrong"]
         first, best = race["score"]["order"][0], min(error_m, key=error_m.__getitem__)
         numbers = [len(race["runs"]), len(race["runs"]) - len(error_m), len(found), *(counts[said] for said in SAID)]
         cells = [" ".join(map(str, drive.values())), *numbers, first, f"{error_m[first]:.3f}"]
         cells += [repaired(drive, folder, first), best, f"{error_m[best]:.3f}"]
         print("| " + " | ".join(map(str, cells)) + " |", flush=True)
-    print(f"\n{sum(total.values())} pairs: " + ", ".join(f"{total[said]} {said}" for said in SAID))
-    for drive, good, good_m, bad, bad_m in wrong:
-        print(f"- {drive}: {bad} ({bad_m:.3f} m) over {good} ({good_m:.3f} m)")
+    for by, counted in total.items():
+        print(f"\nBy {by}, {sum(counted.values())} pairs: " + ", ".join(f"{counted[said]} {said}" for said in SAID))
+    for by, drive, good, good_m, bad, bad_m in wrong:
+        print(f"- by {by}, {drive}: {bad} ({bad_m:.3f} m) over {good} ({good_m:.3f} m)")
 
 
 def tuning(folder: Path) -> None:
@@ -116,14 +164,84 @@ def tuning(folder: Path) -> None:
         print("| " + " | ".join(f"{cell:.3f}" if isinstance(cell, float) else str(cell) for cell in cells) + " |", flush=True)
 
 
+def replayed(scans: Any, given: Any) -> Any:
+    """The true poses with noise and a drift that the seed draws."""
+    truth = (SAMPLES / "truth.tum").read_text().splitlines()
+    rows = {int(line.split()[0].replace(".", "")): np.array(line.split()[1:], float) for line in truth if line[0] != "#"}
+    random, walk_m = np.random.default_rng(given["seed"]), np.zeros(3)
+    for scan in scans:
+        at, (x, y, z, w) = rows[scan.stamp][:3], rows[scan.stamp][3:]
+        turned = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+        walk_m += 0.005 * random.standard_normal(3)
+        yield scan.stamp, np.column_stack([np.eye(3) + 2 * w * turned + 2 * turned @ turned, at + walk_m + 0.03 * random.standard_normal(3)])
+
+
+def systems() -> dict[str, dmp.System]:
+    """This file is a driver, too."""
+    return {"copy": dmp.System(replayed, {"seed": 0}, pose_at="start")}
+
+
+def null(times: int) -> None:
+    """How often tuning prefers one of ten copies of a setting that differ by chance alone."""
+    found = Counter[str]()
+    for number in range(times):
+        settings = {"copy": {"seed": list(range(10 * number + 1, 10 * number + 11))}}
+        race = dmp.race(SAMPLES / "town.mcap", [f"{__file__}:copy"], tune="copy", settings=settings, progress=False)
+        tune = race.data["tune"]
+        found["a copy is better" if tune["better"] else "none is better"] += 1
+        found["a copy was chosen"] += tune["chosen"] is not None
+    print(dict(found))
+
+
+#: As fast as the scans came, mad depends on the clock; in several threads, on them.
+REPEATABLE = {"mad": {"realtime": [False], "num_threads": [1]}}
+#: Logs without a truth in the folder of recordings, each with a trajectory that came with it, a line a scan.
+BOARD = {"nclt_revisit": "poses_lidar_odometry.txt", "rs32_static": "poses_icp_odom.txt", "udacity22": "poses_gicp_model.tum"}
+
+
+def board(data: Path, folder: Path) -> None:
+    """One row for each run of each real log, without times: the same bytes again."""
+    print("| log | run | rank | verdict | revisit error, m | thick, cm | R_cv(10), m | coverage, % |\n|---|---|--:|---|--:|--:|--:|--:|")
+    failed = []
+    for log, came_with in BOARD.items():
+        out, name, poses = folder / f"board-{log}", Path(came_with).stem, folder / f"{log}.tum"
+        if not (out / "race.json").exists():
+            # Logs without stamps are raced at ten scans a second.
+            lines = [line.split()[1:] for line in (data / log / came_with).read_text().splitlines() if line[0] != "#"]
+            poses.write_text("".join(f"{number / 10:.9f} {' '.join(line)}\n" for number, line in enumerate(lines)))
+            systems = {**{name: name for name in SYSTEMS}, name: f"cp {poses} {{out}}"}
+            dmp.race(data / log / "scans", systems, settings=SETTINGS | REPEATABLE, out=out, progress=False)
+        race = json.loads((out / "race.json").read_text())
+        score, rank = race["score"], 1
+        order, of_run = score["order"], {run["name"]: run for run in score["runs"]}
+        drift = {run["name"]: run["median_m"]["value"] for run in (score["drift"] or {"runs": []})["runs"]}
+        pairs = {frozenset((pair["a"], pair["b"])): pair for pair in score["pairs"]}
+        for place, run in enumerate(order, 1):
+            rank = rank if place > 1 and [order[place - 2], run] in score["ties"] else place
+            said = pairs[frozenset((order[0], run))]["verdict"] if place > 1 else "first"
+            scores = of_run[run]
+            thick, r_cv = scores["thickness"], scores["r_cv_m2"]["10"]
+            numbers = [drift.get(run), thick and 100 * thick["median_m"], r_cv and r_cv**0.5, 100 * scores["coverage"]]
+            cells = [log, run, str(rank), "worse" if said == order[0] else said]
+            print("| " + " | ".join(cells + ["–" if number is None else f"{number:.2f}" for number in numbers]) + " |")
+        failed += [f"- {log}, {row['name']}: {row['failed']}" for row in race["runs"] if row["failed"]]
+    print("\n" + "\n".join(failed))
+
+
 def main() -> None:
     arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     arguments.add_argument("--drives", type=int, default=len(DRIVES))
     arguments.add_argument("--tune", action="store_true", help="choose settings of kiss instead")
     arguments.add_argument("-o", "--out", type=Path, default=Path("target/study/race"))
+    arguments.add_argument("--null", type=int, metavar="N", help="tune so often among settings that are equal instead")
+    arguments.add_argument("--board", type=Path, metavar="DATA", help="race on the real logs of this folder instead")
     given = arguments.parse_args()
     given.out.mkdir(parents=True, exist_ok=True)
-    if given.tune:
+    if given.board:
+        board(given.board.resolve(), given.out)
+    elif given.null:
+        null(given.null)
+    elif given.tune:
         tuning(given.out)
     else:
         all_systems(DRIVES[: given.drives], given.out)

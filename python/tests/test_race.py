@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import jsonschema
 import numpy as np
 import pytest
 from conftest import SAMPLES, scores
@@ -66,6 +67,14 @@ def systems():
 '''
 #: Few returns and no pictures.
 FEW = {"every": 4}
+SCHEMA = jsonschema.Draft202012Validator(json.loads((SAMPLES.parent / "docs/schema.json").read_text(encoding="utf-8")))
+
+
+def race_of(*asked: Any, **settings: Any) -> dmp.Race:
+    """A race whose JSON is as the schema says."""
+    race = dmp.race(*asked, score=FEW, progress=False, **settings)
+    SCHEMA.validate(json.loads(race.to_json()))
+    return race
 
 
 @pytest.fixture(scope="module")
@@ -77,7 +86,7 @@ def driver(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 @pytest.fixture(scope="module")
 def good(town: Path, driver: str) -> dmp.Race:
-    return dmp.race(town, [f"{driver}:exact", f"{driver}:noisy"], score=FEW, progress=False)
+    return race_of(town, [f"{driver}:exact", f"{driver}:noisy"])
 
 
 def test_the_better_map_wins_and_everything_is_recorded(town, driver, good):
@@ -101,7 +110,7 @@ def test_a_system_that_fails_is_a_row_and_changes_no_number(town, driver, good, 
     far = "awk '{{$2 = NR * 1e6; print}}' " + str(good.trajectory("exact")) + " > {out}"
     systems = {"hangs": f"{driver}:hangs", "exact": f"{driver}:exact", "dies": f"{driver}:dies", **commands, "flies": far}
     systems |= {name: f"{driver}:{name}" for name in ("hungers", "raises", "nonsense", "noisy")}
-    race = dmp.race(town, systems, score=FEW, minutes=0.2, memory="400 MB", out=tmp_path / "out", progress=False)
+    race = race_of(town, systems, minutes=0.2, memory="400 MB", out=tmp_path / "out")
     assert race.is_damaged and race.order == ["exact", "noisy"] and set(race.failed) == set(systems) - {"exact", "noisy"}
     for name, reason in {
         "hangs": "did not end within 12 s",
@@ -125,7 +134,7 @@ def test_a_system_that_fails_is_a_row_and_changes_no_number(town, driver, good, 
 
 
 def test_the_best_run_is_repaired(town, driver):
-    race = dmp.race(town, [f"{driver}:noisy"], repair=True, score=FEW, progress=False)
+    race = race_of(town, [f"{driver}:noisy"], repair=True)
     repair = race.data["repair"]
     assert repair["run"] == "noisy" and repair["failed"] is None and repair["report"]["schema"] == "dmp-repair/1"
 
@@ -163,7 +172,7 @@ def test_memory_is_that_of_the_process_and_its_children(tmp_path):
 def test_nothing_of_a_system_is_left_running(town, driver, tmp_path):
     mark = str(tmp_path / "mark")
     systems = {"forks": f"(sleep 1000; touch {mark}) & sleep 1000; echo {{out}}"}
-    race = dmp.race(town, systems, minutes=0.02, score=FEW, progress=False)
+    race = race_of(town, systems, minutes=0.02)
     assert race.failed == {"forks": "did not end within 1 s"} and race.best is None and race.order == []
     left = [Path(f"/proc/{entry.name}/cmdline") for entry in Path("/proc").iterdir() if entry.name.isdigit()]
     assert not [file for file in left if file.exists() and mark.encode() in file.read_bytes()]
@@ -203,21 +212,21 @@ def test_settings_are_a_grid_and_wrong_ones_are_refused(driver):
 
 def test_tuning_is_judged_on_scans_that_took_no_part(town, driver):
     settings = {"poor": {"noise": [0.0, 0.5, 1.0, 2.0]}}
-    race = dmp.race(town, [f"{driver}:poor"], tune="poor", settings=settings, score=FEW, progress=False)
+    race = race_of(town, [f"{driver}:poor"], tune="poor", settings=settings)
     tune = race.data["tune"]
     assert [round["scans"] for round in tune["rounds"]] == [15, 30, 60] and tune["on_rest"]["scans"] == 40
     assert len(tune["rounds"][0]["order"]) == 4 and len(tune["rounds"][2]["order"]) == 2
     assert tune["better"] == "poor-noise-0.0" == race.best and tune["on_rest"]["better_by_m"] > 0
     assert "noise 0.0 instead of 0.5; chosen on the first 60 % of the log, where it is" in repr(race)
     # A parameter without effect.
-    same = dmp.race(town, [f"{driver}:exact"], tune="exact", settings={"exact": {"unused": [3.0]}}, score=FEW, progress=False)
+    same = race_of(town, [f"{driver}:exact"], tune="exact", settings={"exact": {"unused": [3.0]}})
     assert same.data["tune"]["better"] is None and "better than the default" in repr(same)
     with pytest.raises(dmp.UsageError, match="tune='kiss': it is none of the systems: exact"):
         dmp.race(town, [f"{driver}:exact"], tune="kiss")
 
 
 def test_repeats_show_the_scatter_of_a_version(town, driver):
-    race = dmp.race(town, [f"{driver}:exact", f"{driver}:lucky"], repeats=3, score=FEW, progress=False)
+    race = race_of(town, [f"{driver}:exact", f"{driver}:lucky"], repeats=3)
     exact, lucky = race.data["scatter"]
     assert (exact["different"], exact["apart_m"]) == (1, 0.0) and (lucky["different"], lucky["pairs"]) == (3, 3)
     assert 0.01 < lucky["apart_m"] < 2
@@ -250,8 +259,14 @@ def test_drivers_are_short():
 @pytest.mark.parametrize("name", ["kiss", "loam"])
 def test_systems_of_evalio(town, name):
     pytest.importorskip("evalio")
-    race: Any = dmp.race(town, [name], score=FEW, progress=False)
+    race: Any = race_of(town, [name])
     assert race.failed == {} and race.order == [name]
     (row,) = race.data["runs"]
     assert "evalio" in row["version"] and row["parameters"]["min_range"] == 1.5 and row["pose_at"] == "middle"
     assert len(race.trajectory(name).read_text().splitlines()) >= 100
+
+
+def test_deskewing_needs_times(scans):
+    pytest.importorskip("evalio")
+    race = race_of([dmp.Scan(scan.points) for scan in scans[1][:3]], ["kiss"], settings={"kiss": {"deskew": True}})
+    assert "deskew takes the time of each point, and this log has none" in race.failed["kiss"]

@@ -42,6 +42,8 @@ def run(slam: Any, is_grid: bool, scans: Iterator[dmp.Scan], given: Mapping[str,
     slam.set_params({name: value for name, value in given.items() if name not in OWN})
     grid = None
     for number, scan in enumerate(scans):
+        if given.get("deskew") and scan.times is None:
+            raise dmp.InputError("deskew takes the time of each point, and this log has none")
         if number == 0:
             grid = Grid.of(scan) if is_grid else None
             size = {"num_rows": grid.rows, "num_columns": grid.columns} if grid else {"num_rows": 1, "num_columns": 1}
