@@ -12,6 +12,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Callable, Iterator, NamedTuple
 
+from conftest import in_parts
 from distributed import Client, WorkerPlugin
 
 import dmp_slam as dmp
@@ -182,7 +183,5 @@ def hooked(client: Client, plugin: Hooked) -> Iterator[None]:
 
 
 def compared(result: dmp.Result) -> dict[str, Any]:
-    """All but times and memory."""
-    found: dict[str, Any] = json.loads(result.to_json())
-    del found["timing"], found["memory"]
-    return found
+    """All but times and memory, and what a score in parts lacks."""
+    return in_parts(json.loads(result.to_json()))

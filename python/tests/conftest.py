@@ -118,6 +118,12 @@ def command(*arguments: Any) -> subprocess.CompletedProcess[str]:
     return subprocess.run([program, *map(str, arguments)], capture_output=True, text=True, check=False)
 
 
+def in_parts(found: dict[str, Any]) -> dict[str, Any]:
+    """A result without times and memory, and without what a score in parts lacks."""
+    runs = [{**run, "thickness": None, "surfels_contradicted": None} for run in found["runs"]]
+    return {**{key: value for key, value in found.items() if key not in ("timing", "memory")}, "runs": runs}
+
+
 def scores(text: str) -> dict[str, Any]:
     """A result without times, memory and the names of files, which differ from one time to the next."""
     found: dict[str, Any] = json.loads(text)

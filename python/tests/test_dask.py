@@ -96,8 +96,8 @@ def test_little_more_is_fetched_of_the_log_than_its_parts(client, bucket, town, 
     size = town.stat().st_size
     with caplog.at_level(logging.INFO, logger="dmp_slam"):
         found = remote(bucket, client=client, parts={"fuse": 7, "cast": 5}, every=None)
-    # The plan reads all of it; a part its share and the ends.
-    assert bucket.sent("/town.mcap") <= size + 2 * 1.1 * size + (7 + 5 + 1) * ENDS
+    # The plan reads all of it; a part its share and the ends. Casting follows every second scan of so short a log, to see what moved.
+    assert bucket.sent("/town.mcap") <= size + 2 * 1.1 * size + 5 * 0.5 * size + (7 + 5 + 1) * ENDS
     fused = next(record.message for record in caplog.records if record.message.startswith("fuse: 7 parts"))
     assert 0.9 * size <= int(fused.split()[3]) <= 1.1 * size + 7 * ENDS
     assert found.order == few["order"]
@@ -288,7 +288,7 @@ def test_a_real_drive_in_parts_is_the_whole(client, bucket, tmp_path):
 
 
 def test_what_workers_keep_is_bounded(client, bucket, few, tmp_path):
-    measured, bound = tmp_path / "measured", 2_000_000
+    measured, bound = tmp_path / "measured", 2_500_000
     with hooked(client, Measured(measured)):
         assert compared(remote(bucket, client=client, parts=7, cache_bytes=bound)) == few
         with pytest.raises(dmp.Error, match=r"(fuse|drift) 1/1 reads \d+ bytes, and a worker may keep 100000"):

@@ -12,6 +12,7 @@ from typing import Any
 import kubernetes_validate
 import pytest
 import yaml
+from conftest import in_parts
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SAMPLES = ROOT / "data-samples"
@@ -40,9 +41,7 @@ wc -l < "$JOBS"
 
 
 def comparable(text: str) -> Any:
-    report = json.loads(text)
-    del report["timing"], report["memory"]
-    return report
+    return in_parts(json.loads(text))
 
 
 @pytest.fixture

@@ -15,12 +15,13 @@ from typing import Any
 import fsspec
 import pytest
 from cluster import Killer, Marked, hooked, left
+from conftest import in_parts
 
 import dmp_slam as dmp
 
 #: Logs with options: in parts, in others, and what parts do not have.
-LOGS = {"a": "", "b": "max_range = 60", "c": "decide = true"}
-HEAD = 'versions = ["old", "new"]\ntrajectories = "{version}/{log}.tum"\n[score]\nevery = 4\ntrust = true\n'
+LOGS = {"a": "every = 4", "b": "every = 4\nmax_range = 60", "c": "quick = true"}
+HEAD = 'versions = ["old", "new"]\ntrajectories = "{version}/{log}.tum"\n[score]\ntrust = true\n'
 
 
 @pytest.fixture
@@ -33,7 +34,7 @@ def suite(town, runs, tmp_path) -> Path:
             shutil.copy(runs[run], tmp_path / version / f"{name}.tum")
     (tmp_path / "old" / "alone.tum").unlink()
     logs = [(name, town, options) for name, options in LOGS.items()]
-    logs += [("garbage", tmp_path / "garbage.mcap", ""), ("alone", town, "")]
+    logs += [("garbage", tmp_path / "garbage.mcap", ""), ("alone", town, LOGS["a"])]
     tables = [f"[[log]]\npath = {json.dumps(str(path))}\nname = \"{name}\"\n{options}\n" for name, path, options in logs]
     (tmp_path / "suite.toml").write_text(HEAD + "".join(tables))
     return tmp_path / "suite.toml"
@@ -62,12 +63,12 @@ def comparable(text: str) -> dict[str, Any]:
 
 
 def results(cache: Path) -> dict[str, Any]:
-    """The results in a cache but for times and memory."""
+    """The results in a cache but for times and memory, and what a score in parts lacks."""
     found = {}
     for file in cache.glob("*.json"):
         content = json.loads(file.read_text())
         if content["schema"] == "dmp-score/3":
-            found[file.name] = {key: value for key, value in content.items() if key not in ("timing", "memory")}
+            found[file.name] = in_parts(content)
     return found
 
 

@@ -12,7 +12,8 @@ use super::stage::Stage;
 
 impl Shard<'_> {
     /// Adds up the results of all parts. The report equals that of [`evaluate`](dmp::evaluate) to the bit,
-    /// except for `timing` and `memory`, which are those of this process, and sums by tile, which it lacks.
+    /// except for `timing` and `memory`, which are those of this process, and for what it lacks: thickness, surfels left out,
+    /// and sums by tile.
     ///
     /// # Errors
     /// When a part is missing, damaged or of another plan, or a scan is missing or duplicated.
