@@ -29,6 +29,9 @@ def kept(town, runs):
 def test_returns_give_the_scores(kept):
     for run in kept.data["runs"]:
         returns = kept.residuals(run["name"])
+        # Those on what moved are rows, but are not scored.
+        assert (returns["kind"] == 4).sum() == run["returns_left_out"]
+        returns = returns[returns["kind"] != 4]
         assert len(returns) == run["returns"]
         off = returns["signed_residual_m"].astype(np.float64)
         there = np.isfinite(off)
@@ -58,7 +61,7 @@ def test_returns_come_scan_by_scan(kept, monkeypatch):
 
 def test_one_run_needs_no_name(town, runs):
     alone = dmp.score(town, {"mine": runs["truth"]}, residuals=True, every=10, progress=False)
-    assert len(alone.residuals()) == alone.data["runs"][0]["returns"]
+    assert len(alone.residuals()) == sum(alone.data["runs"][0][of] for of in ("returns", "returns_left_out"))
     assert [frame for frame, _ in alone.residuals_by_frame()] == list(range(0, 100, 10))
 
 
