@@ -23,7 +23,6 @@ mod rooms;
 mod rule;
 mod score;
 mod tables;
-mod thickness;
 mod truth;
 
 use std::path::PathBuf;
@@ -46,7 +45,6 @@ enum StudyTask {
     Repair(repair::RepairArgs),
     Conventions(conventions::ConventionsArgs),
     Moving(moving::MovingArgs),
-    Thickness(thickness::ThicknessArgs),
     /// Write a drive as a folder of scans with times, and its truth beside it as FOLDER.truth.tum
     ///
     /// xtask/odometry/odometry.py reads the folder.
@@ -68,7 +66,6 @@ pub(crate) fn run(arguments: &StudyArgs) -> anyhow::Result<()> {
         StudyTask::Repair(arguments) => repair::run(arguments),
         StudyTask::Conventions(arguments) => conventions::run(arguments),
         StudyTask::Moving(arguments) => moving::run(arguments),
-        StudyTask::Thickness(arguments) => thickness::run(arguments),
         StudyTask::Export { drive, output } => export::export(&drives::find(drive)?, output),
     }
 }
