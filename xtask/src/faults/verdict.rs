@@ -65,7 +65,8 @@ pub(super) fn of_process(
             return Ok(Ending::Refused);
         }
         End::Exit(0) => return Err(Failure::new("other bits")),
-        End::Exit(code) if ![1, 3].contains(&code) => return Err(Failure("exit code", code.to_string())),
+        // 5: scores are complete, but not a file beside them.
+        End::Exit(code) if ![1, 3, 5].contains(&code) => return Err(Failure("exit code", code.to_string())),
         _ => {}
     }
     if stderr.trim().is_empty() {

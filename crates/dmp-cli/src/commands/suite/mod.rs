@@ -14,7 +14,6 @@ mod scored;
 use std::io::Write;
 use std::path::Path;
 
-use anyhow::bail;
 use clap::{Args as _, FromArgMatches as _};
 use dmp_disk::folder_of;
 use dmp_draw::suite_page;
@@ -105,7 +104,9 @@ fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::Result<Exit
     if let Some(problem) = logs.iter().find_map(|log| log.report.as_ref().err())
         && logs.iter().all(|log| log.report.is_err())
     {
-        bail!(Usage(format!("{}: no log was scored, the first because: {problem}", path.display())));
+        let why = format!("{}: no log was scored, the first because: {problem}", path.display());
+        // Elsewhere it is the fault of the logs.
+        return Err(if asked.has(&tools::CACHED) { Usage(why).into() } else { anyhow::Error::msg(why) });
     }
     let mut report = suite_report(&file.versions, &logs, plan.confidence, failures);
     for (log, result) in report.logs.iter_mut().zip(results) {

@@ -1,5 +1,6 @@
 //! Where outputs go, and what cannot go there.
 
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, bail};
@@ -81,8 +82,12 @@ fn folder_of(file: &Path) -> &Path {
 /// Rejects a missing folder, one in which nothing can be written, and a folder in the file's own place.
 pub(crate) fn writable(file: &Path) -> anyhow::Result<()> {
     let folder = folder_of(file);
-    if !folder.is_dir() {
-        bail!(Usage(format!("{}: there is no folder {}", file.display(), folder.display())));
+    match std::fs::metadata(folder) {
+        Ok(found) if found.is_dir() => {}
+        Err(error) if !matches!(error.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => {
+            return Err(error).with_context(|| format!("{}: cannot look at its folder", file.display()));
+        }
+        _ => bail!(Usage(format!("{}: there is no folder {}", file.display(), folder.display()))),
     }
     if file.is_dir() {
         bail!(Usage(format!("{}: a folder has this name", file.display())));
