@@ -102,6 +102,14 @@ fn versions_are_compared_and_the_second_time_nothing_is_scored() {
 }
 
 #[test]
+fn a_suite_of_logs_that_cannot_be_read_fails() {
+    let folder = suite(&[("a", "")], "");
+    write(folder.path(), "town.mcap", "not a log");
+    let said = ends(folder.path(), "suite s.toml", 1);
+    has(lines(&said).last().unwrap(), &["error: s.toml: no log was scored", "town.mcap"]);
+}
+
+#[test]
 fn other_programs_can_fill_the_cache() {
     let folder = suite(&[("a", ""), ("b", "max_range = 60\nquick = true"), ("same as a", "")], "");
     let path = folder.path();

@@ -65,7 +65,8 @@ pub(super) fn of_process(
             return Ok(Ending::Refused);
         }
         End::Exit(0) => return Err(Failure::new("other bits")),
-        // 5: scores are complete, but not a file beside them.
+        // Scores are complete, but not a file beside them.
+        End::Exit(5) if comparable(&ended.stdout) != sound.stdout => return Err(Failure::new("other bits")),
         End::Exit(code) if ![1, 3, 5].contains(&code) => return Err(Failure("exit code", code.to_string())),
         _ => {}
     }
