@@ -56,7 +56,9 @@ pub use residual::{
     Basis, DepthResidual, HitKind, KeptReturn, Lengths, MissPrice, Reach, Residuals, Scales, Squares,
     SurfaceGroup, floor,
 };
-pub use sums::{Estimate, FrameSet, FrameSums, Interval, NarrowSums, PairSums, RunSums, Withheld};
+pub use sums::{
+    Estimate, FrameSet, FrameSums, Interval, NarrowSums, PairSums, REVISIT_NEEDED, RunSums, Withheld,
+};
 pub use verdicts::{
     Comparison, Comparisons, GuardCheck, Ranked, RunScores, ScaleComparison, Stretch, UndecidedReason,
     Verdict, order_runs,

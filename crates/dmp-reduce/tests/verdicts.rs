@@ -239,6 +239,40 @@ fn a_run_that_predicts_less_than_half_of_what_the_other_does_is_not_the_better_o
 }
 
 #[test]
+fn a_run_that_comes_back_and_does_not_find_what_it_saw_is_not_the_better_one() {
+    // The first run finds every return without error, and one in `of` on another visit; the second one in `others`.
+    for (of, others, back, is_held_back) in [
+        (9, 3, 0.4, true),
+        (100, 3, 0.4, true),
+        // It does not come back.
+        (9, 3, 0.0, false),
+        (9, 3, 0.2, false),
+        // The other run finds as little.
+        (6, 3, 0.4, false),
+        (100, 100, 0.4, false),
+    ] {
+        let reducer = reduced(Layout::new(60, vec![CV; 2]), 0..60, |frame, k| {
+            let seen = |m, of: u32| Residuals { revisited: k.is_multiple_of(of), ..Residuals::all(m) };
+            [seen(0.1, of), seen(0.5 + 0.05 * noise(frame, k, 2), others)]
+        });
+        let pair = reducer.compare(0, 1, Confidence::P99).with_revisits(
+            |run| reducer.sums(run),
+            |run| {
+                assert_eq!(run, 0);
+                back
+            },
+        );
+        let revisits = |of| 60 * (0..RETURNS).filter(|k| k.is_multiple_of(of)).count() as u64;
+        let reason = UndecidedReason::VisitsApart { revisited: revisits(of), other: revisits(others) };
+        match pair.verdict {
+            Verdict::Better { which: 0, .. } => assert!(!is_held_back, "{of} {others} {back}"),
+            Verdict::Undecided { reason: found } => assert_eq!((found, is_held_back), (reason, true)),
+            other => panic!("{other:?}"),
+        }
+    }
+}
+
+#[test]
 fn undecided_runs_are_listed_by_the_price_of_a_miss() {
     // Of every fourth return run 0 predicts nothing and run 1 is 3 m off, 9 of the 100 m² of a full square;
     // on the others, those in common, they are alike.

@@ -1,15 +1,12 @@
 //! The scores and the map of a run, in a report.
 
 use dmp_map::Thickness;
-use dmp_reduce::{Basis, Estimate, RunScores};
+use dmp_reduce::{Basis, Estimate, REVISIT_NEEDED, RunScores};
 use serde::{Deserialize, Serialize};
 
 use crate::pair::interval_of;
 use crate::scores::ScaleScores;
 use crate::withheld::Withheld;
-
-/// Below this share of returns seen on another visit, scores hardly show drift.
-const REVISIT_NEEDED: f64 = 0.05;
 
 /// The scores of a run; squares in m². Null where there is nothing to divide by.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

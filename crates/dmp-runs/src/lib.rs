@@ -22,7 +22,7 @@ pub use asked::{
 };
 pub use runs::{
     BLOCK_RAYS, Block, Drawn, Heads, KNOWN_TIMES, MIN_BLOCK_RETURNS, OfReturn, PlannedFrame, PosedRun, Poser,
-    RunPath, RunPoses, Selection, WorldPoint, apart_of, drawn_by, file_stem_of, on_log_clock, posed,
+    RunPath, RunPoses, Selection, WorldPoint, apart_of, back_of, drawn_by, file_stem_of, on_log_clock, posed,
 };
 pub use vet::{
     Doubt, DoubtTest, Found, Mend, PointTimes, PosesAs, Profile, VetSummary, Vetted, profiles, vet,

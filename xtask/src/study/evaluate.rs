@@ -6,7 +6,8 @@ use std::time::Instant;
 
 use anyhow::{Context as _, ensure};
 use dmp::{Confidence, Config, DriftPairs, Report, Run, Verdict, Watch};
-use dmp_sensor::Point3;
+use dmp_log::FrameInfo;
+use dmp_sensor::{Point3, Trajectory};
 use dmp_sim::Recording;
 
 use super::drives::{DriveSpec, Half};
@@ -59,7 +60,7 @@ pub(super) fn evaluate(spec: &DriveSpec, work: &Path, every: usize) -> anyhow::R
         drive: spec.name.to_owned(),
         held_out: spec.half == Half::HeldOut,
         runs: estimates.iter().enumerate().map(run).collect::<anyhow::Result<_>>()?,
-        pairs: pair_results(&report, &estimates, &observed)?,
+        pairs: pair_results(&report, &estimates, &observed, drive.log.frames())?,
         seconds: start.elapsed().as_secs_f64(),
     })
 }
@@ -129,9 +130,11 @@ fn pair_results(
     report: &Report,
     estimates: &[Estimate],
     Observed { frames, surfaces, .. }: &Observed,
+    log: &[FrameInfo],
 ) -> anyhow::Result<Vec<PairResult>> {
     let confidence =
         Confidence::new(report.promise.interval_confidence).context("a confidence from 0.5 to below 1")?;
+    let back: Vec<f64> = estimates.iter().map(|one| share_back(log, &one.trajectory)).collect();
     let of_pair = |(index, (a, b)): (usize, (usize, usize))| {
         let [name_a, name_b] = [a, b].map(|run| &estimates[run].name);
         let pair = report.pair(name_a, name_b);
@@ -152,8 +155,12 @@ fn pair_results(
             }
         }
         let predicted = [a, b].map(|run| frames.iter().map(|frame| frame.runs[run][0].returns).sum());
+        let revisited = [name_a, name_b].map(|name| report.run(name).and_then(|run| run.coverage_revisit));
+        let revisited = revisited.map(Option::unwrap_or_default);
+        let back = [a, b].map(|run| back[run]);
         let (decided_at_m, drift) = (pair.verdict.decided_at_m(), drift_said(report, name_a, name_b));
-        let result = PairResult { a, b, verdict, decided_at_m, drift, predicted, singles, batches };
+        let result =
+            PairResult { a, b, verdict, decided_at_m, drift, predicted, revisited, back, singles, batches };
         let again = documented(&result, confidence);
         ensure!(
             again == verdict || pair.verdict == Verdict::Same,
@@ -162,6 +169,24 @@ fn pair_results(
         Ok(result)
     };
     pairs(estimates.len()).enumerate().map(of_pair).collect()
+}
+
+/// The share of the scans, half a metre of travel apart, with an earlier one up to 20 m away and 66 m of travel before.
+fn share_back(frames: &[FrameInfo], run: &Trajectory) -> f64 {
+    let pose = |frame: &FrameInfo| run.world_from_body_at(frame.stamp_ns?, 1_000_000_000);
+    let places: Vec<_> = frames.iter().filter_map(pose).map(|pose| pose.translation.vector).collect();
+    let along_m = dmp_sensor::along_m(&places.iter().copied().map(Some).collect::<Vec<_>>(), 1.0);
+    let mut keys: Vec<usize> = Vec::new();
+    for k in 0..places.len() {
+        if keys.last().is_none_or(|&last| along_m[k] - along_m[last] >= 0.5) {
+            keys.push(k);
+        }
+    }
+    let is_back = |&&later: &&usize| {
+        let mut before = keys.iter().take_while(|&&k| along_m[later] - along_m[k] >= 66.0);
+        before.any(|&k| (places[later] - places[k]).norm() <= 20.0)
+    };
+    keys.iter().filter(is_back).count() as f64 / keys.len().max(1) as f64
 }
 
 /// Which of two runs drifts less.

@@ -165,6 +165,8 @@ mod tests {
             decided_at_m: None,
             drift: Said::Nothing,
             predicted: [1.0; 2],
+            revisited: [0.0; 2],
+            back: [0.0; 2],
             singles: BTreeMap::new(),
             batches: BTreeMap::new(),
         };

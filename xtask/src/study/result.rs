@@ -43,6 +43,9 @@ pub(super) struct PairResult {
     pub(super) drift: Said,
     /// Returns that each of the two predicts from other parts of the drive.
     pub(super) predicted: [f64; 2],
+    /// The share of its returns that each finds on what another visit saw, and of the scans with which it comes back.
+    pub(super) revisited: [f64; 2],
+    pub(super) back: [f64; 2],
     /// Mean differences a − b of single scores, and their errors.
     pub(super) singles: BTreeMap<String, Difference>,
     /// The same scores over [`super::interval::batch_count`] consecutive parts of the frames.

@@ -82,6 +82,10 @@ impl Rule {
 const CASCADE_M: [f64; 4] = [10.0, 2.0, 0.5, 0.2];
 /// The better run predicts more than one in so many of the returns that the other does.
 const LEAST_COVERED: f64 = 2.0;
+/// Where the other run finds this share of its returns on what another visit saw, the better one finds at least one in so many of
+/// those, or of the share with which it comes back.
+const REVISIT_NEEDED: f64 = 0.05;
+const MOST_LOST: f64 = 2.0;
 /// The guard over places: a truncation in metres, a share of the mean level, and one of what supports the verdict.
 const GUARDS: [(f64, [f64; 2]); 2] = [(30.0, [0.1, 0.05]), (2.0, [0.02, 0.25])];
 
@@ -94,6 +98,12 @@ pub(super) fn documented(pair: &PairResult, confidence: Confidence) -> Said {
     let Some(a_better) = deciding else { return Said::Nothing };
     let [own, other] = if a_better { pair.predicted } else { [pair.predicted[1], pair.predicted[0]] };
     if LEAST_COVERED * own < other {
+        return Said::Nothing;
+    }
+    let (worse, better) = if a_better { (1, 0) } else { (0, 1) };
+    let is_lost = |of: f64| MOST_LOST * pair.revisited[better] < of;
+    if pair.revisited[worse] >= REVISIT_NEEDED && is_lost(pair.revisited[worse]) && is_lost(pair.back[better])
+    {
         return Said::Nothing;
     }
     let opposed = |&(scale_m, shares): &(f64, [f64; 2])| {
@@ -140,6 +150,8 @@ mod tests {
             decided_at_m: None,
             drift: Said::Nothing,
             predicted: [200.0; 2],
+            revisited: [0.3; 2],
+            back: [0.4; 2],
             singles: names().map(|name| (name, single)).collect(),
             batches: names().map(|name| (name, batches.clone())).collect(),
         }
@@ -161,11 +173,15 @@ mod tests {
             pair
         };
         let holed = PairResult { predicted: [99.0, 200.0], ..pair([-0.4; 20], 0.03) };
+        let astray = |revisited, back| PairResult { revisited, back, ..pair([-0.4; 20], 0.03) };
         for (case, pair, expected) in [
             ("better everywhere", pair([-0.4; 20], 0.03), Said::A),
             ("worse everywhere", pair([0.4; 20], 0.03), Said::B),
             ("not beyond the interval", pair([0.4; 20], 0.2), Said::Nothing),
             ("predicts less than half of what the other does", holed, Said::Nothing),
+            ("comes back and finds little, the other finds it", astray([0.1, 0.3], [0.4; 2]), Said::Nothing),
+            ("does not come back, by its own path", astray([0.1, 0.3], [0.0, 0.4]), Said::A),
+            ("comes back and finds as little as the other", astray([0.1, 0.19], [0.4; 2]), Said::A),
             (
                 "two places of ten oppose, a quarter of the others",
                 pair(at(4..8, 1.0), 0.03),

@@ -28,10 +28,15 @@ pub struct KeptReturn {
     /// One more than the steps; 0 where nothing is predicted.
     code: u32,
     surface: SurfaceGroup,
+    revisited: bool,
 }
 
+/// Of the last byte: the group of surface is below.
+const REVISITED: u8 = 1 << 7;
+
 impl KeptReturn {
-    /// As many bytes as it has: the code, its low byte first, and the group of surface.
+    /// As many bytes as it has: the code, its low byte first, and the group of surface, with the highest bit where it is
+    /// revisited.
     pub const BYTES: usize = 4;
 
     /// What is kept of a return in a run that is judged by `basis`.
@@ -48,7 +53,8 @@ impl KeptReturn {
             ),
         };
         let steps = |m: f64| (m.abs().min(scales.lengths().cv_m[0]) / step_m(scales)).round() as u32;
-        Self { code: residual_m.map_or(0, |m| 1 + steps(m)), surface }
+        let revisited = residuals.revisited && residual_m.is_some();
+        Self { code: residual_m.map_or(0, |m| 1 + steps(m)), surface, revisited }
     }
 
     /// Residuals that count in a pair as those that it was made of.
@@ -56,11 +62,10 @@ impl KeptReturn {
     pub fn residuals(self, basis: Basis, scales: Scales) -> Residuals {
         let residual_m = self.code.checked_sub(1).map(|steps| f64::from(steps) * step_m(scales));
         let surfaces = [self.surface; 2];
+        let known = Residuals { surfaces, revisited: self.revisited, ..Residuals::MISS };
         match basis {
-            Basis::CrossValidated => Residuals { independent_m: residual_m, surfaces, ..Residuals::MISS },
-            Basis::Near => {
-                Residuals { first_m: residual_m, nearest_m: residual_m, surfaces, ..Residuals::MISS }
-            }
+            Basis::CrossValidated => Residuals { independent_m: residual_m, ..known },
+            Basis::Near => Residuals { first_m: residual_m, nearest_m: residual_m, ..known },
         }
     }
 
@@ -68,13 +73,15 @@ impl KeptReturn {
     #[inline]
     pub fn to_bytes(self) -> [u8; Self::BYTES] {
         let [low, middle, high, _] = self.code.to_le_bytes();
-        [low, middle, high, self.surface.index() as u8]
+        [low, middle, high, self.surface.index() as u8 | if self.revisited { REVISITED } else { 0 }]
     }
 
     /// Of bytes; any are those of some return.
     #[inline]
-    pub fn from_bytes([low, middle, high, group]: [u8; Self::BYTES]) -> Self {
-        Self { code: u32::from_le_bytes([low, middle, high, 0]), surface: SurfaceGroup::of_number(group) }
+    pub fn from_bytes([low, middle, high, last]: [u8; Self::BYTES]) -> Self {
+        let code = u32::from_le_bytes([low, middle, high, 0]);
+        let surface = SurfaceGroup::of_number(last & !REVISITED);
+        Self { code, surface, revisited: last & REVISITED != 0 }
     }
 }
 
@@ -96,7 +103,8 @@ mod tests {
                 let residual_m = 1.001f64.powi(k - 9_000) * if k % 2 == 0 { -1.0 } else { 1.0 };
                 for basis in [Basis::CrossValidated, Basis::Near] {
                     let surface = SurfaceGroup::of_cube([k, 0, 0]);
-                    let given = Residuals { surfaces: [surface; 2], ..Residuals::all(residual_m) };
+                    let revisited = k % 3 == 0;
+                    let given = Residuals { surfaces: [surface; 2], revisited, ..Residuals::all(residual_m) };
                     let kept = KeptReturn::of(&given, basis, scales);
                     let bytes = kept.to_bytes();
                     assert_eq!(KeptReturn::from_bytes(bytes), kept);
@@ -104,7 +112,7 @@ mod tests {
                     let back_m = back.independent_m.or(back.nearest_m).unwrap();
                     let off_m = (back_m - residual_m.abs().min(widest_m)).abs();
                     assert!(off_m <= 0.500_000_1 * step_m, "{residual_m}: {back_m}");
-                    assert_eq!(back.surfaces, given.surfaces);
+                    assert_eq!((back.surfaces, back.revisited), (given.surfaces, revisited));
                 }
             }
         }

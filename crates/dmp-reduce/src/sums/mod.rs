@@ -15,4 +15,4 @@ pub(crate) use narrow_pairs::pairs_of;
 pub(crate) use pair::{PairTotals, ScaleTotals, place_count};
 pub use ratio::{Estimate, Interval};
 pub(crate) use ratio::{FRAMES_NEEDED, Frames, GROUPS_NEEDED, Mean, Ratio};
-pub use run::{RunSums, Withheld};
+pub use run::{REVISIT_NEEDED, RunSums, Withheld};

@@ -8,6 +8,9 @@ use crate::residual::{Basis, CV, LANES, MissPrice, NEAR, Residuals, Scales, Squa
 /// Below this share of returns with an independent crossing `R_cv` is not given.
 const COVERAGE_NEEDED: f64 = 0.5;
 
+/// Below this share of returns that are seen on another visit, scores hardly show drift.
+pub const REVISIT_NEEDED: f64 = 0.05;
+
 /// The sums of one run over any set of returns: a frame, a tile, the whole log. Order-free: sums of
 /// parts merge to the sums of the whole, bit for bit.
 ///
@@ -250,9 +253,14 @@ impl RunSums {
     }
 
     /// Share of returns that still do when five segments to either side are left out: how much of the
-    /// log is seen again. Below 5 % nothing certain can be said on the global shape.
+    /// log is seen again. Below [`REVISIT_NEEDED`] nothing certain can be said on the global shape.
     pub fn coverage_revisit(&self) -> Option<f64> {
         self.share(self.revisited)
+    }
+
+    /// Returns of [`Self::coverage_revisit`].
+    pub(crate) fn revisited(&self) -> u64 {
+        self.revisited
     }
 
     fn share(&self, count: u64) -> Option<f64> {

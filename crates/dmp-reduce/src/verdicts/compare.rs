@@ -4,7 +4,7 @@ use super::guard::{GuardCheck, place_guard};
 use super::scale_comparison::{Asked, ScaleComparison};
 use super::verdict::{UndecidedReason, Verdict};
 use crate::residual::{Basis, Scales};
-use crate::sums::{FRAMES_NEEDED, GROUPS_NEEDED, Mean, PairTotals, ScaleTotals};
+use crate::sums::{FRAMES_NEEDED, GROUPS_NEEDED, Mean, PairTotals, REVISIT_NEEDED, RunSums, ScaleTotals};
 
 /// Two runs compared on their common returns: those that both predict.
 ///
@@ -35,7 +35,28 @@ impl Comparison {
     pub fn of_same(self) -> Self {
         Self { guard: Vec::new(), verdict: Verdict::Same, ..self }
     }
+
+    /// The same with the revisit guard: undecided where the run that it speaks for comes back to places, by its own path, and
+    /// hardly finds there what it saw before, while the other run does. `back` is the share of the scans with which a run comes
+    /// back; `sums` are its own. Both are asked by its number.
+    #[must_use]
+    pub fn with_revisits<'a>(self, sums: impl Fn(usize) -> &'a RunSums, back: impl Fn(usize) -> f64) -> Self {
+        let (Verdict::Better { which, .. } | Verdict::Mixed { which, .. }) = self.verdict else {
+            return self;
+        };
+        let [own, other] = [which, self.a + self.b - which].map(sums);
+        let share = |sums: &RunSums| sums.coverage_revisit().unwrap_or(0.0);
+        let is_less = MOST_LOST * (own.revisited() as f64) < other.revisited() as f64;
+        if !is_less || share(other) < REVISIT_NEEDED || MOST_LOST * share(own) >= back(which) {
+            return self;
+        }
+        let reason = UndecidedReason::VisitsApart { revisited: own.revisited(), other: other.revisited() };
+        Self { verdict: Verdict::Undecided { reason }, ..self }
+    }
 }
+
+/// A better run must find one in this many of the returns with which it comes back on what it saw before.
+const MOST_LOST: f64 = 2.0;
 
 /// A better run must predict more than one in this many of the returns that the other predicts.
 const LEAST_COVERED: f64 = 2.0;

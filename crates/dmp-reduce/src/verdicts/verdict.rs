@@ -84,6 +84,20 @@ pub enum UndecidedReason {
         /// Those that the other does.
         other: u64,
     },
+    /// The run that is better on the common returns comes back to places and hardly finds there what it saw before. Visits
+    /// that drift puts too far apart to meet do not contradict each other.
+    #[error(
+        "the run that the common returns speak for finds {} of its returns on what another visit saw, the other {}: \
+         visits that are put too far apart to meet do not contradict each other",
+        thousands(.revisited),
+        thousands(.other)
+    )]
+    VisitsApart {
+        /// Returns that it finds on what another visit saw.
+        revisited: u64,
+        /// Those that the other does.
+        other: u64,
+    },
     /// Every interval contains 0.
     #[error("the residuals differ by no more than may be chance")]
     NoDifference,

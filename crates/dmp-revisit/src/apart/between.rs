@@ -7,6 +7,9 @@ use dmp_sensor::Isometry3;
 use super::spread::{Distances, Spread};
 use super::way::{OnWay, Ruler, place_of};
 
+/// A scan of one run: the pose of the sensor, and the travel up to it, metres.
+pub(super) type Step = (Isometry3<f64>, f64);
+
 /// Scans of different visits are compared where a run has them this near, metres.
 const NEAR_M: f64 = 5.0;
 /// Of scans nearer together along the path than this only the first is compared, metres.
@@ -18,8 +21,13 @@ const SAME_VIEW_COS: f64 = 0.707;
 
 /// Scans against the nearest of earlier visits, by the positions of either run.
 pub(super) fn spread(scans: &[OnWay<'_>], ruler: &Ruler) -> Option<Spread> {
-    let keys = keys(scans, STEP_M * ruler.metre_m);
-    let mut pairs: Vec<(usize, usize)> = (0..2).flat_map(|run| visits(&keys, run, ruler)).collect();
+    let keys = keys(scans, |scan| scan.along_m, ruler);
+    let near_m = NEAR_M * ruler.metre_m;
+    let of_run = |run: usize| {
+        let steps: Vec<Step> = keys.iter().map(|key| (key.scan.run_from_sensor[run], key.along_m)).collect();
+        visits(&steps, near_m, ruler)
+    };
+    let mut pairs: Vec<(usize, usize)> = (0..2).flat_map(of_run).collect();
     pairs.sort_unstable();
     pairs.dedup();
     let mut distances = Distances::new();
@@ -35,21 +43,19 @@ pub(super) fn spread(scans: &[OnWay<'_>], ruler: &Ruler) -> Option<Spread> {
 }
 
 /// The scans with some travel between them.
-fn keys<'a>(scans: &'a [OnWay<'a>], step_m: f64) -> Vec<&'a OnWay<'a>> {
-    let mut keys: Vec<&OnWay<'_>> = Vec::new();
+pub(super) fn keys<'a, T>(scans: &'a [T], along_m: impl Fn(&T) -> f64, ruler: &Ruler) -> Vec<&'a T> {
+    let mut keys: Vec<&T> = Vec::new();
     for scan in scans {
-        if keys.last().is_none_or(|last| scan.along_m - last.along_m >= step_m) {
+        if keys.last().is_none_or(|last| along_m(scan) - along_m(last) >= STEP_M * ruler.metre_m) {
             keys.push(scan);
         }
     }
     keys
 }
 
-/// For each scan, and each earlier visit that one run has near to it, the scan of that visit that is nearest: (later,
-/// earlier).
-fn visits(keys: &[&OnWay<'_>], run: usize, ruler: &Ruler) -> Vec<(usize, usize)> {
-    let near_m = NEAR_M * ruler.metre_m;
-    let pose = |k: usize| &keys[k].scan.run_from_sensor[run];
+/// For each scan, and each earlier visit that is near to it, the scan of that visit that is nearest: (later, earlier).
+pub(super) fn visits(keys: &[Step], near_m: f64, ruler: &Ruler) -> Vec<(usize, usize)> {
+    let pose = |k: usize| &keys[k].0;
     let cell =
         |pose: &Isometry3<f64>| [0, 1, 2].map(|axis| (pose.translation.vector[axis] / near_m).floor() as i64);
     let mut cells: HashMap<[i64; 3], Vec<usize>> = HashMap::new();
@@ -60,15 +66,14 @@ fn visits(keys: &[&OnWay<'_>], run: usize, ruler: &Ruler) -> Vec<(usize, usize)>
         for [x, y, z] in neighbours(home) {
             let Some(there) = cells.get(&[x, y, z]) else { continue };
             // Those of a cell are in the order of the path.
-            let end = there.partition_point(|&k| keys[later].along_m - keys[k].along_m >= ruler.visits_m);
+            let end = there.partition_point(|&k| keys[later].1 - keys[k].1 >= ruler.visits_m);
             let apart = |k: usize| (pose(k).translation.vector - pose(later).translation.vector).norm();
             near.extend(there[..end].iter().map(|&k| (k, apart(k))).filter(|&(k, apart_m)| {
                 apart_m <= near_m && (!ruler.is_camera || is_same_view(pose(k), pose(later)))
             }));
         }
         near.sort_unstable_by_key(|&(k, _)| k);
-        let is_one_visit =
-            |a: &(usize, f64), b: &(usize, f64)| keys[b.0].along_m - keys[a.0].along_m < ruler.visits_m;
+        let is_one_visit = |a: &(usize, f64), b: &(usize, f64)| keys[b.0].1 - keys[a.0].1 < ruler.visits_m;
         for visit in near.chunk_by(is_one_visit).rev().take(MOST_VISITS) {
             let nearest = visit.iter().min_by(|a, b| a.1.total_cmp(&b.1));
             pairs.extend(nearest.map(|&(earlier, _)| (later, earlier)));

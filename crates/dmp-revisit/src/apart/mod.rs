@@ -4,12 +4,14 @@
 //! `|A p − B p|` apart.
 //! No map, no residual and nothing that moves takes part, and a rigid motion of a run changes nothing.
 
+mod back;
 mod between;
 mod moments;
 mod spread;
 mod way;
 mod within;
 
+pub use back::share_back;
 pub use moments::{MomentSums, Moments};
 pub use spread::Spread;
 pub use way::Ruler;

@@ -224,3 +224,40 @@ fn no_pose_is_too_far_away_to_be_looked_at() {
     let _ = Apart::of(&both(&laps(), &far), 0, &ruler());
     let _ = Apart::of(&both(&far, &far), 0, &ruler());
 }
+
+/// The same by looking at every pair.
+fn share_back_slowly(poses: &[Isometry3<f64>]) -> f64 {
+    let places: Vec<_> = poses.iter().map(|pose| Some(pose.translation.vector)).collect();
+    let along_m = along_m(&places, 1.0);
+    let mut keys: Vec<usize> = Vec::new();
+    for k in 0..poses.len() {
+        if keys.last().is_none_or(|&last| along_m[k] - along_m[last] >= 0.5) {
+            keys.push(k);
+        }
+    }
+    let near =
+        |a: usize, b: usize| (poses[a].translation.vector - poses[b].translation.vector).norm() <= 20.0;
+    let is_back =
+        |&&k: &&usize| keys.iter().any(|&j| j < k && along_m[k] - along_m[j] >= RULER && near(j, k));
+    keys.iter().filter(is_back).count() as f64 / keys.len() as f64
+}
+
+#[test]
+fn a_run_comes_back_where_its_own_path_does() {
+    let laps = laps();
+    let straight: Vec<_> = (0..300).map(|k| Isometry3::translation(f64::from(k), 0.0, 0.0)).collect();
+    // The second lap lies 12 m, or 30 m, above the first.
+    let raised = |m: f64| -> Vec<Isometry3<f64>> {
+        let lift = |(k, pose): (usize, &Isometry3<f64>)| {
+            Translation3::new(0.0, 0.0, m * (k as f64 / 200.0).floor()) * pose
+        };
+        laps.iter().enumerate().map(lift).collect()
+    };
+    let share = |poses: &[Isometry3<f64>]| share_back(poses.iter().copied(), &ruler());
+    for poses in [&laps, &straight, &noisy(&laps, 0.3, 5), &raised(12.0), &raised(30.0)] {
+        assert_eq!(share(poses), share_back_slowly(poses));
+    }
+    assert!((0.6..0.68).contains(&share(&laps)), "{}", share(&laps));
+    assert!(share(&raised(12.0)) > 0.55 && share(&raised(30.0)) < 0.1, "{}", share(&raised(30.0)));
+    assert_eq!((share(&straight), share(&[])), (0.0, 0.0));
+}

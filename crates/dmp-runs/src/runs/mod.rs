@@ -17,7 +17,7 @@ mod segments;
 mod select;
 mod sparse;
 
-pub use apart::apart_of;
+pub use apart::{apart_of, back_of};
 pub use clock::on_log_clock;
 pub use file_stem::file_stem_of;
 pub use frame::PlannedFrame;

@@ -4,7 +4,7 @@ use dmp_lengths::thousands;
 use dmp_log::{KeptPart, KeptReader};
 use dmp_reduce::{Basis, FrameSums, KeptReturn, Layout, ReduceError, Reducer, Residuals};
 use dmp_report::Report;
-use dmp_revisit::apart::{Apart, Ruler};
+use dmp_revisit::apart::{Apart, Ruler, share_back};
 use dmp_sensor::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 
 use super::error::JoinError;
@@ -232,6 +232,11 @@ fn pose_of([x, y, z, i, j, k, w]: &[f64; 7]) -> Option<Isometry3<f64>> {
 /// How far apart runs `a` and `b` are.
 pub(super) fn apart_of(scans: &[PosedScan], [a, b]: [usize; 2], ruler: &Ruler) -> Option<Apart> {
     Apart::of_poses(scans.iter().map(|scan| (scan.scan, [scan.poses[a], scan.poses[b]])), ruler)
+}
+
+/// The share of the scans with which a run comes back to a place, by its own path.
+pub(super) fn back_of(scans: &[PosedScan], run: usize, ruler: &Ruler) -> f64 {
+    share_back(scans.iter().filter_map(|scan| scan.poses[run]), ruler)
 }
 
 /// Sums of scans.

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use super::error::JoinError;
 use super::follow::Follow;
-use super::kept::{Kept, KeptScan, PosedScan, Rows, Summed, apart_of};
+use super::kept::{Kept, KeptScan, PosedScan, Rows, Summed, apart_of, back_of};
 use super::named::NamedReport;
 use super::reports::{JoinedReport, join_reports, pairs_of, put_in_order};
 
@@ -147,7 +147,12 @@ fn judge(
     let judged = pairs.into_iter().map(|pair| {
         let apart = apart_of(&posed, [pair.a, pair.b], &ruler);
         let is_same = apart.is_some_and(|apart| apart.is_same(basis, same_within_m));
-        PairReport::of(&if is_same { pair.of_same() } else { pair }, facts, apart)
+        let pair = if is_same {
+            pair.of_same()
+        } else {
+            pair.with_revisits(|run| reducer.sums(run), |run| back_of(&posed, run, &ruler))
+        };
+        PairReport::of(&pair, facts, apart)
     });
     let mut judged: BTreeMap<[String; 2], PairReport> =
         judged.map(|pair| ([pair.a.clone(), pair.b.clone()], pair)).collect();

@@ -10,7 +10,7 @@ use dmp_report::{
     SegmentReport, TileReport,
 };
 use dmp_revisit::apart::Apart;
-use dmp_runs::{Heads, MapSource, Means, PlannedFrame, PosedRun, RunPath, Settings, apart_of};
+use dmp_runs::{Heads, MapSource, Means, PlannedFrame, PosedRun, RunPath, Settings, apart_of, back_of};
 use dmp_sensor::seven;
 use dmp_sensor::{DepthNoise, DropReason, ReturnCounts};
 
@@ -249,13 +249,23 @@ impl Findings<'_> {
         reducer.frames().iter().filter(|&ordinal| self.runs[run].path.has(ordinal)).count()
     }
 
-    /// A comparison with how far apart its runs are; those that are nowhere apart by what matters are the same.
+    /// A comparison with how far apart its runs are; those that are nowhere apart by what matters are the same. No run is better
+    /// that puts visits of a place too far apart to meet.
     fn with_apart(&self, pair: Comparison) -> (Comparison, Option<Apart>) {
-        let Self { plan, runs, settings, .. } = *self;
+        let Self { plan, runs, settings, scored, .. } = *self;
         let ruler = plan.ruler(self.heads.summary(), settings);
         let apart = apart_of(plan.frames(), [pair.a, pair.b].map(|run| &runs[run]), &ruler);
         let is_same = apart.is_some_and(|apart| apart.is_same(pair.basis, settings.same_within_m));
-        (if is_same { pair.of_same() } else { pair }, apart)
+        if is_same {
+            return (pair.of_same(), apart);
+        }
+        (
+            pair.with_revisits(
+                |run| scored.reducer.sums(run),
+                |run| back_of(plan.frames(), &runs[run], &ruler),
+            ),
+            apart,
+        )
     }
 
     fn pair(&self, pair: &Comparison, apart: Option<Apart>) -> PairReport {
