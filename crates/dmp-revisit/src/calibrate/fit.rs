@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::calibrate::axis::{AXES, Axis, Matrix, Vector};
 use crate::calibrate::mount::{Mount, Trial};
-use crate::calibrate::planes::{Equations, Level, equations};
+use crate::calibrate::planes::{Buffers, Equations, Level, equations};
 use crate::calibrate::sample::Block;
 
 /// From far to near: cells of 2 m, of 1 m; times the metre.
@@ -67,7 +67,8 @@ fn of_blocks(
     level: Level,
 ) -> Vec<Equations> {
     let trial = Trial::new(mount, steps, metre_m);
-    blocks.par_iter().map(|block| equations(block, &trial, level, metre_m)).collect()
+    let of_block = |buffers: &mut Buffers, block| equations(block, &trial, level, metre_m, buffers);
+    blocks.par_iter().map_init(Buffers::default, of_block).collect()
 }
 
 /// Looks for the errors of those axes that `free` names, from `start` on.

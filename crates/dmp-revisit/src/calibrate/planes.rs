@@ -6,6 +6,7 @@
 //! nothing, and has no vote.
 
 use dmp_map::smallest_eigenvector;
+use dmp_reduce::floor;
 use dmp_sensor::Vector3;
 
 use crate::calibrate::axis::{AXES, Matrix, Vector};
@@ -54,21 +55,37 @@ impl Equations {
     }
 }
 
-#[derive(Clone, Copy)]
+/// A return in the world, relative to the first one.
+#[derive(Debug, Clone, Copy)]
 struct Placed {
-    scan: u32,
     place_m: Vector3<f64>,
     in_sensor_m: Vector3<f64>,
     after_ns: i64,
+    scan: u32,
     moment: u32,
 }
 
+/// What [`equations`] needs beside the sums, kept from block to block.
+#[derive(Debug, Default)]
+pub(crate) struct Buffers {
+    moments: Vec<Moment>,
+    placed: Vec<Placed>,
+    /// What was placed, by its cell: numbers are sorted, since they are small.
+    order: Vec<u64>,
+    in_cell: Vec<Placed>,
+}
+
 /// The sums over the planes of one block.
-pub(crate) fn equations(block: &Block, trial: &Trial<'_>, level: Level, metre_m: f64) -> Equations {
-    let (mut moments, mut placed): (Vec<Moment>, Vec<Placed>) = (Vec::new(), Vec::new());
+pub(crate) fn equations(
+    block: &Block,
+    trial: &Trial<'_>,
+    level: Level,
+    metre_m: f64,
+    buffers: &mut Buffers,
+) -> Equations {
+    let Buffers { moments, placed, order, in_cell } = buffers;
+    (moments.clear(), placed.clear(), order.clear());
     let (mut cursors, mut origin_m) = (trial.cursors(), None);
-    // What was placed, by its cell: numbers are sorted, since they are small.
-    let mut order: Vec<u128> = Vec::new();
     for (scan, snapshot) in (0..).zip(&block.scans) {
         let Some(stamp_ns) = trial.mount.stamp_ns(snapshot) else { continue };
         let mut last_ns = None;
@@ -80,33 +97,43 @@ pub(crate) fn equations(block: &Block, trial: &Trial<'_>, level: Level, metre_m:
             }
             let place_m = moments[moments.len() - 1].place(&one.in_sensor_m);
             let place_m = place_m - *origin_m.get_or_insert(place_m);
-            let cell = [place_m.x, place_m.y, place_m.z].map(|c| (c / level.edge_m).floor() as i32);
+            let cell = [place_m.x, place_m.y, place_m.z].map(|c| floor(c / level.edge_m));
+            let Some(key) = key_of(cell, placed.len()) else { continue };
+            order.push(key);
             let moment = (moments.len() - 1) as u32;
-            order.push(key_of(cell, placed.len() as u32));
             placed.push(Placed {
-                scan,
                 place_m,
                 in_sensor_m: one.in_sensor_m,
                 after_ns: one.after_ns,
+                scan,
                 moment,
             });
         }
     }
     order.sort_unstable();
     let mut sums = Equations::default();
-    let mut in_cell = Vec::new();
-    for cell in order.chunk_by(|a, b| a >> 32 == b >> 32).filter(|cell| cell.len() >= RETURNS) {
+    for cell in order.chunk_by(|a, b| a >> INDEX_BITS == b >> INDEX_BITS).filter(|cell| cell.len() >= RETURNS)
+    {
         in_cell.clear();
-        in_cell.extend(cell.iter().map(|&key| placed[key as u32 as usize]));
-        add_plane(&in_cell, &moments, level, metre_m, &mut sums);
+        in_cell.extend(cell.iter().map(|&key| placed[(key & ((1 << INDEX_BITS) - 1)) as usize]));
+        add_plane(in_cell, moments, level, metre_m, &mut sums);
     }
     sums
 }
 
-/// Orders by cell, and in a cell by index.
-fn key_of(cell: [i32; 3], index: u32) -> u128 {
-    let high = cell.iter().fold(0_u128, |key, &c| key << 32 | u128::from(c as u32 ^ 1 << 31));
-    high << 32 | u128::from(index)
+/// Bits of a cell along each axis, and of an index.
+const CELL_BITS: u32 = 14;
+const INDEX_BITS: u32 = 64 - 3 * CELL_BITS;
+
+/// Orders by cell, and in a cell by index. `None` more than 8192 cells from the first return, where no surface of the same block
+/// is, or from 4 million returns on.
+fn key_of(cell: [i32; 3], index: usize) -> Option<u64> {
+    let mut key = 0;
+    for c in cell {
+        let c = c.checked_add(1 << (CELL_BITS - 1)).filter(|c| (0..1 << CELL_BITS).contains(c))?;
+        key = key << CELL_BITS | c as u64;
+    }
+    (index < 1 << INDEX_BITS).then_some(key << INDEX_BITS | index as u64)
 }
 
 fn add_plane(cell: &[Placed], moments: &[Moment], level: Level, metre_m: f64, sums: &mut Equations) {
