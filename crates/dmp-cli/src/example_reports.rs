@@ -20,7 +20,7 @@ pub(crate) fn three_runs() -> Report {
     let mut mixed = pair("drift", "größe", Basis::CrossValidated, &[10.0, 2.0, 0.5, 0.2]);
     mixed.verdict = Verdict::Mixed { run: "größe".into(), decided_at_m: 10.0 };
     mixed.reason =
-        "better on the whole, globally: decided at the 10 m scale, but worse in frames 12–40 at 30 m".into();
+        "better on the whole, globally: decided at the 10 m scale, but worse in scans 12–40 at 30 m".into();
     for scale in &mut mixed.scales {
         scale.difference_m2 = scale.difference_m2.map(|difference| -difference);
         scale.interval_m2 = scale.interval_m2.map(|[low, high]| [-high, -low]);

@@ -128,7 +128,7 @@ fn the_guard_finds_the_places_that_oppose() {
     assert_eq!(places[..], [Stretch { first: 120, last: 179 }]);
     let reason = pair.verdict.reason(Scales::Drive);
     let expected = "better on the whole, globally: decided at the 10 m scale, \
-                    but worse in frames 120–179 at 30 m (24000 common returns)";
+                    but worse in scans 120–179 at 30 m (24000 common returns)";
     assert_eq!(reason, expected);
     assert!(pair.verdict.reason_with(Scales::Drive, |ordinal| 10 * ordinal).contains("frames 1200–1790 at"));
     // By hand: L = (0.1 · 2.5² + 0.9 · 3²) / 2 and one tenth of the places opposes by 2.5² / L.

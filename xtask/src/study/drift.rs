@@ -125,10 +125,13 @@ fn row(of_run: &RunDrift, estimate: &Estimate, judged: &Judged<'_>, each: bool) 
             (&visit.off, visit.first_from_second, visit.covariance)
         else {
             if each {
+                let off_truth = judged.truth_of(&visit.first, &visit.second).map(|(_, off)| off.norm());
                 println!(
-                    "    {} {}: {}",
+                    "    {} {}: true {:.3}{}, {}",
                     visit.first.scan,
                     visit.second.scan,
+                    off_truth.unwrap_or(f64::NAN),
+                    if visit.at_least_m.is_some() { ", lost" } else { "" },
                     visit.why_not.as_deref().unwrap_or("")
                 );
             }

@@ -121,7 +121,10 @@ impl<'de> Visitor<'de> for FieldsOf<'_> {
 }
 
 fn unreadable(error: &serde_json::Error) -> anyhow::Error {
-    anyhow!("no result of `dmp score --json`: {error}")
+    // What is expected is a word of this program.
+    let error = error.to_string();
+    let problem = error.split(", expected struct").next().unwrap_or(&error);
+    anyhow!("no result of `dmp score --json`: {problem}")
 }
 
 fn other_version(problem: &str) -> anyhow::Error {

@@ -89,8 +89,8 @@ pub(crate) static QUICK: Opt<bool> = Opt {
         &output::KEEP,
         &output::REFERENCE,
     ],
-    help: "Score every 32nd scan, then every 16th, 8th and 4th, until all pairs of runs are decided; maps are made of these scans alone. \
-           Of a log with an index only what these scans lie in is read. All of a log below 400 scans is scored",
+    help: "Score every 32nd scan, then every 16th, 8th and 4th, until all pairs of runs are decided; each look has a hundred scans or more, \
+           and maps of these scans alone. Of a log with an index only what these scans lie in is read. All of a log below 400 scans is scored",
     ..Opt::switch(Sampling, "quick")
 };
 

@@ -70,8 +70,14 @@ fn or_none(value: Option<f64>, shown: impl Fn(f64) -> String) -> String {
 /// The first sentence: `Drift at revisits: kiss 59 cm (0.4 % of the path), mostly sideways; lio 1 cm.`
 pub fn drift_in_words(report: &DriftReport, scales: Scales) -> String {
     if !report.is_measured() {
+        let runs = report.runs.len();
         return format!(
-            "The {} revisits no place ({} m travelled), so drift cannot be measured.",
+            "{} no place of the {} ({} m travelled), so drift cannot be measured.",
+            if runs == 1 {
+                "The run revisits".to_owned()
+            } else {
+                format!("Each of the {runs} runs revisits")
+            },
             scales.lengths().recording,
             digits(report.runs.iter().map(|run| run.travel_m).fold(0.0, f64::max)),
         );

@@ -123,7 +123,7 @@ impl Verdict {
                 };
                 let places: Vec<_> = places.iter().map(named).collect();
                 format!(
-                    "better on the whole, {}, but worse in frames {} at {opposed_at_m} m ({returns} common returns)",
+                    "better on the whole, {}, but worse in scans {} at {opposed_at_m} m ({returns} common returns)",
                     reach(*decided_at_m, scales),
                     places.join(", "),
                 )

@@ -22,7 +22,7 @@ pub enum Unposed {
         poses_s: [f64; 2],
         /// The gap from the end of one to the beginning of the other.
         gap_s: f64,
-        /// The time offset that aligns their beginnings, as far as the stamps show it.
+        /// The time offset, in place of the present one, that aligns their beginnings as far as the stamps show it: mostly to a second.
         offset_s: f64,
     },
     /// They overlap, but the trajectory has gaps there.
@@ -47,7 +47,7 @@ impl Unposed {
             }
             Self::Apart { log_s, poses_s, gap_s, offset_s } => format!(
                 "{}; they are {gap_s:.3} s apart. If their clocks differ, shift the log's: {} aligns their \
-                 first stamps",
+                 beginnings to a second",
                 spans(log_s, poses_s),
                 SettingName::TimeOffset.for_run(run, &format!("{offset_s:.3}"), name)
             ),

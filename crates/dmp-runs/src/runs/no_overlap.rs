@@ -27,12 +27,12 @@ pub(crate) fn why_no_overlap(heads: Heads<'_>, run: &Run, settings: &Settings) -
     if first == last && heads.readable() > 1 {
         return Unposed::SameStamps { stamp_s: s(first) };
     }
-    let (first, last) =
-        (first.saturating_add(settings.time_offset_ns), last.saturating_add(settings.time_offset_ns));
+    let offset_ns = settings.time_offset_ns(run);
+    let (first, last) = (first.saturating_add(offset_ns), last.saturating_add(offset_ns));
     let (log_s, poses_s) = ([s(first), s(last)], [s(*start), s(*end)]);
     let gap_ns = start.saturating_sub(last).max(first.saturating_sub(*end));
     if gap_ns > 0 {
-        let offset_s = s(shift_of_clocks((first, last), (*start, *end)));
+        let offset_s = s(offset_ns.saturating_add(shift_of_clocks((first, last), (*start, *end))));
         Unposed::Apart { log_s, poses_s, gap_s: s(gap_ns), offset_s }
     } else {
         Unposed::Gaps { log_s, poses_s }

@@ -50,7 +50,7 @@ fn row(estimate: &EstimateReport, is_silent: bool) -> [String; 5] {
         _ if is_silent => "",
         (false, ..) => "not determined here",
         (true, true, true) => "off",
-        (true, true, false) => "off, too little to matter",
+        (true, true, false) => "off, surfaces hardly change",
         (true, false, _) => "",
     };
     let number = |value: f64| format!("{value:.decimals$}");
