@@ -4,7 +4,6 @@ mod chosen;
 mod clouds;
 mod consistency;
 mod conventions;
-mod draw;
 mod drift;
 mod drives;
 mod estimates;
@@ -39,7 +38,6 @@ pub(crate) struct StudyArgs {
 #[derive(Debug, Subcommand)]
 enum StudyTask {
     Score(score::ScoreArgs),
-    Draw(draw::DrawArgs),
     Null(null::NullArgs),
     Drift(drift::DriftArgs),
     Repair(repair::RepairArgs),
@@ -60,7 +58,6 @@ enum StudyTask {
 pub(crate) fn run(arguments: &StudyArgs) -> anyhow::Result<()> {
     match &arguments.task {
         StudyTask::Score(arguments) => score::run(arguments),
-        StudyTask::Draw(arguments) => draw::run(arguments),
         StudyTask::Null(arguments) => null::run(arguments),
         StudyTask::Drift(arguments) => drift::run(arguments),
         StudyTask::Repair(arguments) => repair::run(arguments),
