@@ -32,7 +32,10 @@ pub enum TrajectoryError {
     Empty,
     /// One instant, two places: probably two runs in one file.
     #[error(
-        "two different poses have the same stamp {stamp_ns} ns ({apart_m:.3} m apart): does the file hold two runs?"
+        "two different poses have the same stamp {}.{:09} s ({apart_m:.3} m apart): does the file hold two runs, or does its \
+         clock jump back?",
+        .stamp_ns.div_euclid(1_000_000_000),
+        .stamp_ns.rem_euclid(1_000_000_000)
     )]
     Contradiction {
         /// The stamp that occurs twice.

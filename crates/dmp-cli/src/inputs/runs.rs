@@ -18,7 +18,7 @@ use crate::console::{Common, Hosted, Usage, say};
 use crate::files::is_missing;
 use crate::named::{Named, NamedFile, assign, names_of};
 use crate::options::values::Poses;
-use crate::options::{Asked, input};
+use crate::options::{Asked, input, output};
 
 /// Runs with names. Those in files are read first, so that a mistake in them is reported before a long log is
 /// read; those in messages when the log is open.
@@ -113,6 +113,13 @@ impl Runs {
     /// Names the runs and reads those in files.
     pub(crate) fn start(asked: &Asked) -> anyhow::Result<Self> {
         let files = Self::files(asked);
+        let is_json = |file: &&NamedFile| file.path.extension().is_some_and(|end| end == "json");
+        if let Some(file) = files.iter().find(is_json).filter(|_| asked.has(&output::JSON)) {
+            let path = file.path.display();
+            return Err(
+                Usage(format!("{path} is taken for a run: --json names no file, write > {path}")).into()
+            );
+        }
         let names = names_of(&files)?;
         let plain: Vec<&str> = names.iter().map(String::as_str).collect();
         let meant = Meant::of_runs(&asked.all(&input::POSES_AS), &plain)?;

@@ -84,7 +84,9 @@ pub(crate) fn equations(
     buffers: &mut Buffers,
 ) -> Equations {
     let Buffers { moments, placed, order, in_cell } = buffers;
-    (moments.clear(), placed.clear(), order.clear());
+    moments.clear();
+    placed.clear();
+    order.clear();
     let (mut cursors, mut origin_m) = (trial.cursors(), None);
     for (scan, snapshot) in (0..).zip(&block.scans) {
         let Some(stamp_ns) = trial.mount.stamp_ns(snapshot) else { continue };

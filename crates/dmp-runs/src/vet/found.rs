@@ -216,7 +216,7 @@ fn in_words(silence: Silence) -> String {
             100.0 * jitter_m
         ),
         Silence::Sweep => {
-            "its scans fit best with part of the point times, so the error is of another kind".to_owned()
+            "its scans fit best with part of the point times, so something else is wrong: a lost run, or poses of another log".to_owned()
         }
     }
 }

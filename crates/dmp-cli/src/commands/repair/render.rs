@@ -51,11 +51,13 @@ fn median(drift: &RunDrift) -> String {
 fn sentence(result: &RepairResult, recording: &str) -> String {
     let run = &result.run;
     match (result.outcome, &result.drift) {
-        ("repaired", Some(drift)) => format!(
-            "At revisits of the {recording}, {run} was off by {} and is now off by {}.",
-            median(&drift.before),
-            median(&drift.after)
-        ),
+        ("repaired", Some(drift)) => {
+            let [before, after] = [&drift.before, &drift.after].map(|drift| match drift.pairs_lost {
+                0 => median(drift),
+                lost => format!("{} and lost at {lost} of {}", median(drift), drift.pairs_measured),
+            });
+            format!("At revisits of the {recording}, {run} was off by {before} and is now off by {after}.")
+        }
         ("worse", _) => format!("{run} repaired makes a worse map than {run}."),
         ("no revisit", _) => {
             format!("The {recording} has no revisit: there is nothing to repair a run by.")
