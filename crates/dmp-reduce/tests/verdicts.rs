@@ -130,7 +130,7 @@ fn the_guard_finds_the_places_that_oppose() {
     let expected = "better on the whole, globally: decided at the 10 m scale, \
                     but worse in scans 120–179 at 30 m (24000 common returns)";
     assert_eq!(reason, expected);
-    assert!(pair.verdict.reason_with(Scales::Drive, |ordinal| 10 * ordinal).contains("frames 1200–1790 at"));
+    assert!(pair.verdict.reason_with(Scales::Drive, |ordinal| 10 * ordinal).contains("scans 1200–1790 at"));
     // By hand: L = (0.1 · 2.5² + 0.9 · 3²) / 2 and one tenth of the places opposes by 2.5² / L.
     let level = 0.5 * (0.1 * 6.25 + 0.9 * 9.0);
     let guard = &pair.guard[0];
