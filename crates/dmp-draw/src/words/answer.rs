@@ -170,14 +170,12 @@ fn differing(report: &Report, names: &[&str]) -> String {
     let limit_m = report.promise.same_within_m;
     most_apart(report, names).map_or_else(String::new, |(worst_m, is_between)| {
         let at = if is_between { " between visits" } else { "" };
-        if worst_m <= if is_between { 2.0 * limit_m } else { limit_m } {
-            return ": they are the same on the scans for which both have a pose, but one lacks many"
-                .to_owned();
-        }
-        format!(
-            ": they are up to {} apart{at}, and the scans do not show which is right",
-            short_length(worst_m)
-        )
+        let why = if worst_m <= if is_between { 2.0 * limit_m } else { limit_m } {
+            " where both have a pose, but one has none for many scans"
+        } else {
+            ", and the scans do not show which is right"
+        };
+        format!(": they are up to {} apart{at}{why}", short_length(worst_m))
     })
 }
 
