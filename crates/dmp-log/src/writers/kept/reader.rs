@@ -172,7 +172,9 @@ fn topic_of(topic: &str, encoding: &str, runs: &mut Vec<String>) -> Result<Topic
                 runs.len() - 1
             })))
         }
-        _ => Err(format!("a topic `{topic}` in `{encoding}`: no result of `dmp score --keep`")),
+        _ => Err(format!(
+            "a topic `{topic}` in `{encoding}`: no result of `dmp score --keep` of this version: score again"
+        )),
     }
 }
 

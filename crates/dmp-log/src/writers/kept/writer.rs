@@ -10,7 +10,7 @@ pub(super) const RESULT: &str = "/result";
 pub(super) const RETURNS: &str = "/returns";
 /// How their messages are written.
 pub(super) const JSON: &str = "json";
-pub(super) const PLANES: &str = "dmp-returns/2";
+pub(super) const PLANES: &str = "dmp-returns/3";
 /// Size from which a chunk is closed, not packed.
 const CHUNK_BYTES: u64 = 1 << 20;
 
