@@ -27,6 +27,11 @@ impl Chosen {
         self.drives.iter().map(|name| find(name)).collect()
     }
 
+    /// Whether nothing is left out.
+    pub(super) fn is_all(&self) -> bool {
+        self.drives.is_empty() && self.estimates.is_empty()
+    }
+
     pub(super) fn wants(&self, estimate: &Estimate) -> bool {
         self.estimates.is_empty() || self.estimates.iter().any(|name| estimate.name.starts_with(name))
     }

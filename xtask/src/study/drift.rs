@@ -10,6 +10,7 @@ use super::chosen::Chosen;
 use super::drives::DriveSpec;
 use super::estimates::{Estimate, EstimateKind, ate_m, estimates};
 use super::logs::DriveLog;
+use super::rooms::room;
 
 /// Measure the drift of all estimates at revisits and compare with the truth
 #[derive(Debug, clap::Args)]
@@ -24,10 +25,18 @@ pub(super) struct DriftArgs {
     each: bool,
 }
 
-/// A pair is wrong that is off by more than this, metres, and by more than this share of what is true.
+/// Rooms, by their seeds.
+const ROOMS: std::ops::RangeInclusive<u64> = 1..=8;
+/// What a metre of a drive is in a room, metres.
+const ROOM_METRE_M: f64 = 0.1;
+/// Right runs that are read wrongly: clock, and pitch of the mounting.
+const LATE_NS: i64 = 100_000_000;
+const TILTED_DEG: f64 = 2.0;
+
+/// A pair is wrong that is off by more than this, metres of a drive, and by more than this share of what is true.
 const WRONG_M: f64 = 0.1;
 const WRONG_SHARE: f64 = 0.1;
-/// What is known no better than this of a direction is not known, metres.
+/// What is known no better than this of a direction is not known, metres of a drive.
 const KNOWN_M: f64 = 0.1;
 /// Runs that are truly off by less than this are not used for the bias, metres.
 const LEAST_M: f64 = 0.02;
@@ -46,6 +55,23 @@ pub(super) fn run(arguments: &DriftArgs) -> anyhow::Result<()> {
         rows.extend(of_drive);
     }
     summary(&rows);
+    if arguments.chosen.is_all() {
+        let mut rows = Vec::new();
+        println!("\nrooms\n{}", Row::HEAD);
+        for seed in ROOMS {
+            let (log, runs) = room(seed, &arguments.chosen.out.join("rooms"))?;
+            let truth = runs[0].trajectory.clone();
+            for run in &runs {
+                let is_truth = run.name == "truth";
+                let kind = if is_truth { EstimateKind::Truth } else { EstimateKind::Drift };
+                let name = format!("{}-{seed}", run.name);
+                let estimate = Estimate { name, kind, trajectory: run.trajectory.clone() };
+                let judged = Judged { log: log.as_ref(), truth: &truth, metre_m: ROOM_METRE_M };
+                rows.push(judged.row(estimate, arguments)?);
+            }
+        }
+        summary(&rows);
+    }
     Ok(())
 }
 
@@ -57,6 +83,8 @@ struct Row {
     pairs: usize,
     /// Pairs where no registration fits.
     lost: usize,
+    /// Of them those where the run is truly off by less than the bound says.
+    beyond: usize,
     /// Of each answer in all directions, how far it is from what is true, metres; whether that is wrong; and its three
     /// components within 3σ.
     answers: Vec<Answer>,
@@ -101,85 +129,19 @@ impl std::fmt::Display for Row {
 
 fn drive(spec: &DriveSpec, arguments: &DriftArgs) -> anyhow::Result<Vec<Row>> {
     let DriveLog { log, truth, fine } = DriveLog::open(spec, &arguments.chosen.out)?;
-    let estimates: Vec<Estimate> =
-        estimates(spec, &truth)?.into_iter().filter(|one| arguments.chosen.wants(one)).collect();
-    let runs: Vec<Run> = estimates.iter().map(|e| Run::new(&e.name, e.trajectory.clone())).collect();
-    let drift_reach = if arguments.far { DriftReach::Far } else { DriftReach::Near };
-    let config = Config { drift: DriftPairs::All, drift_reach, ..Config::default() };
-    let mut rows = Vec::new();
-    for (run, estimate) in estimates.iter().enumerate() {
-        // One by one, so that the rows come while it runs: a run's numbers are the same in company.
-        let report = measure_drift(log.as_ref(), &runs[run..=run], &config, ())?;
-        let judged = Judged { log: log.as_ref(), truth: &fine, estimate: &estimate.trajectory };
-        let row = row(&report.runs[0], estimate, &judged, arguments.each)?;
-        println!("{row}");
-        rows.push(row);
+    let judged = Judged { log: log.as_ref(), truth: &fine, metre_m: 1.0 };
+    let estimates = estimates(spec, &truth)?.into_iter().filter(|one| arguments.chosen.wants(one));
+    let rows = estimates.map(|estimate| judged.row(estimate, arguments)).collect::<Result<_, _>>()?;
+    let tilt = Isometry3::rotation(Vector3::y() * TILTED_DEG.to_radians());
+    let tilted = truth.poses().iter().map(|pose| pose * tilt);
+    let stamps_ns = truth.stamps_ns().context("the truth has stamps")?;
+    let tilted = Trajectory::stamped(stamps_ns.iter().copied().zip(tilted).collect())?.trajectory;
+    for (name, wrong) in [("late", truth.clone().later_by(LATE_NS)), ("tilted", Some(tilted))] {
+        let run = Run::new(name, wrong.context("a clock overflows")?);
+        let of_run = &judged.drift(&run, arguments)?;
+        println!("the truth, {name}: {} pairs, {} lost", of_run.pairs_measured, of_run.pairs_lost);
     }
     Ok(rows)
-}
-
-fn row(of_run: &RunDrift, estimate: &Estimate, judged: &Judged<'_>, each: bool) -> anyhow::Result<Row> {
-    let (mut answers, mut in_part) = (Vec::new(), [0, 0]);
-    for visit in &of_run.visits {
-        let (Some(off), Some(seven), Some(covariance)) =
-            (&visit.off, visit.first_from_second, visit.covariance)
-        else {
-            if each {
-                let off_truth = judged.truth_of(&visit.first, &visit.second).map(|(_, off)| off.norm());
-                println!(
-                    "    {} {}: true {:.3}{}, {}",
-                    visit.first.scan,
-                    visit.second.scan,
-                    off_truth.unwrap_or(f64::NAN),
-                    if visit.at_least_m.is_some() { ", lost" } else { "" },
-                    visit.why_not.as_deref().unwrap_or("")
-                );
-            }
-            continue;
-        };
-        let measured = Vector3::new(seven[0], seven[1], seven[2]);
-        let Some((truth, off_truth)) = judged.truth_of(&visit.first, &visit.second) else { continue };
-        let error = measured - truth;
-        let covariance = of_place(&covariance, &measured);
-        if off.distance_m.is_none() {
-            let is_wrong = known_part(&covariance, &error) > WRONG_M.max(WRONG_SHARE * off_truth.norm());
-            in_part = [in_part[0] + 1, in_part[1] + usize::from(is_wrong)];
-            continue;
-        }
-        let sigmas = [0, 1, 2].map(|k| covariance[(k, k)].sqrt());
-        let within = (0..3).filter(|&k| error[k].abs() <= 3.0 * sigmas[k]).count();
-        let true_m = off_truth.norm();
-        let is_wrong = error.norm() > WRONG_M.max(WRONG_SHARE * true_m);
-        if each {
-            println!(
-                "    {} {}: true {true_m:.3}, wrong by [{:.4} {:.4} {:.4}], sigma [{:.4} {:.4} {:.4}], overlap {:.2}, held {:.4}{}",
-                visit.first.scan,
-                visit.second.scan,
-                error.x,
-                error.y,
-                error.z,
-                sigmas[0],
-                sigmas[1],
-                sigmas[2],
-                off.overlap,
-                off.held,
-                if is_wrong { " WRONG" } else { "" },
-            );
-        }
-        answers.push(Answer { is_wrong, within, sigmas, true_m });
-    }
-    let squares: f64 = answers.iter().map(|answer| answer.true_m * answer.true_m).sum();
-    Ok(Row {
-        name: estimate.name.clone(),
-        kind: estimate.kind,
-        ate_m: ate_m(&estimate.trajectory, judged.truth)?,
-        pairs: of_run.visits.len(),
-        lost: of_run.pairs_lost,
-        rms_m: of_run.rms_m.value,
-        in_part,
-        true_rms_m: (!answers.is_empty()).then(|| (squares / answers.len() as f64).sqrt()),
-        answers,
-    })
 }
 
 /// Of the place that a motion leads to, given the upper triangle of the covariance of a rotation vector and a translation put
@@ -197,45 +159,129 @@ fn of_place(upper: &[f64; 21], place: &Vector3<f64>) -> Matrix3<f64> {
         + part(3, 3)
 }
 
-/// The length of an error in the directions that are known, each to [`KNOWN_M`].
-fn known_part(covariance: &Matrix3<f64>, error: &Vector3<f64>) -> f64 {
+/// The length of an error in the directions that are known, each to `known_m`.
+fn known_part(covariance: &Matrix3<f64>, error: &Vector3<f64>, known_m: f64) -> f64 {
     let directions = covariance.symmetric_eigen();
-    let known = (0..3).filter(|&k| directions.eigenvalues[k] <= KNOWN_M * KNOWN_M);
+    let known = (0..3).filter(|&k| directions.eigenvalues[k] <= known_m * known_m);
     known.map(|k| directions.eigenvectors.column(k).dot(error).powi(2)).sum::<f64>().sqrt()
 }
 
-/// A run whose truth is known.
+/// Of a log whose truth is known.
 struct Judged<'a> {
     log: &'a dyn ScanLog,
     truth: &'a Trajectory,
-    estimate: &'a Trajectory,
+    /// What a metre of a drive is here, metres.
+    metre_m: f64,
 }
 
 impl Judged<'_> {
+    /// The drift of a run, alone: its numbers are the same in company.
+    fn drift(&self, run: &Run, arguments: &DriftArgs) -> anyhow::Result<RunDrift> {
+        let drift_reach = if arguments.far { DriftReach::Far } else { DriftReach::Near };
+        let config = Config { drift: DriftPairs::All, drift_reach, ..Config::default() };
+        let report = measure_drift(self.log, std::slice::from_ref(run), &config, ())?;
+        report.runs.into_iter().next().context("no run")
+    }
+
+    fn row(&self, estimate: Estimate, arguments: &DriftArgs) -> anyhow::Result<Row> {
+        let of_run = self.drift(&Run::new(&estimate.name, estimate.trajectory.clone()), arguments)?;
+        let (mut answers, mut in_part, mut beyond) = (Vec::new(), [0, 0], 0);
+        for visit in &of_run.visits {
+            let of_visit = self.truth_of(&estimate.trajectory, &visit.first, &visit.second);
+            let (Some(off), Some(seven), Some(covariance)) =
+                (&visit.off, visit.first_from_second, visit.covariance)
+            else {
+                let true_m = of_visit.map_or(f64::NAN, |(_, off)| off.norm());
+                beyond += usize::from(visit.at_least_m.is_some_and(|at_least_m| at_least_m > true_m));
+                if arguments.each {
+                    println!(
+                        "    {} {}: true {true_m:.3}{}, {}",
+                        visit.first.scan,
+                        visit.second.scan,
+                        visit.at_least_m.map_or(String::new(), |m| format!(", lost, at least {m:.3}")),
+                        visit.why_not.as_deref().unwrap_or("")
+                    );
+                }
+                continue;
+            };
+            let measured = Vector3::new(seven[0], seven[1], seven[2]);
+            let Some((truth, off_truth)) = of_visit else { continue };
+            let error = measured - truth;
+            let covariance = of_place(&covariance, &measured);
+            let true_m = off_truth.norm();
+            let tolerance_m = (WRONG_M * self.metre_m).max(WRONG_SHARE * true_m);
+            if off.distance_m.is_none() {
+                let is_wrong = known_part(&covariance, &error, KNOWN_M * self.metre_m) > tolerance_m;
+                in_part = [in_part[0] + 1, in_part[1] + usize::from(is_wrong)];
+                continue;
+            }
+            let sigmas = [0, 1, 2].map(|k| covariance[(k, k)].sqrt());
+            let within = (0..3).filter(|&k| error[k].abs() <= 3.0 * sigmas[k]).count();
+            let is_wrong = error.norm() > tolerance_m;
+            if arguments.each {
+                println!(
+                    "    {} {}: true {true_m:.3}, wrong by [{:.4} {:.4} {:.4}], sigma [{:.4} {:.4} {:.4}], overlap {:.2}, held {:.4}{}",
+                    visit.first.scan,
+                    visit.second.scan,
+                    error.x,
+                    error.y,
+                    error.z,
+                    sigmas[0],
+                    sigmas[1],
+                    sigmas[2],
+                    off.overlap,
+                    off.held,
+                    if is_wrong { " WRONG" } else { "" },
+                );
+            }
+            answers.push(Answer { is_wrong, within, sigmas, true_m });
+        }
+        let squares: f64 = answers.iter().map(|answer| answer.true_m * answer.true_m).sum();
+        let row = Row {
+            kind: estimate.kind,
+            ate_m: ate_m(&estimate.trajectory, self.truth)?,
+            name: estimate.name,
+            pairs: of_run.visits.len(),
+            lost: of_run.pairs_lost,
+            beyond,
+            rms_m: of_run.rms_m.value,
+            in_part,
+            true_rms_m: (!answers.is_empty()).then(|| (squares / answers.len() as f64).sqrt()),
+            answers,
+        };
+        println!("{row}");
+        Ok(row)
+    }
+
     /// Where the second visit's surfaces are as seen from the first, and by how much the run puts it elsewhere, metres.
     ///
     /// A visit's surfaces are where its scans are on the mean, not its middle one alone.
-    fn truth_of(&self, first: &VisitReport, second: &VisitReport) -> Option<(Vector3<f64>, Vector3<f64>)> {
+    fn truth_of(
+        &self,
+        estimate: &Trajectory,
+        first: &VisitReport,
+        second: &VisitReport,
+    ) -> Option<(Vector3<f64>, Vector3<f64>)> {
         let [true_first, true_second] = [first, second].map(|visit| self.pose(self.truth, visit.scan, 0));
-        let [put_first, put_second] = [first, second].map(|visit| self.pose(self.estimate, visit.scan, 0));
-        let first_from_second = self.mean_correction(first)?.inverse()
+        let [put_first, put_second] = [first, second].map(|visit| self.pose(estimate, visit.scan, 0));
+        let first_from_second = self.mean_correction(estimate, first)?.inverse()
             * true_first?.inverse()
             * true_second?
-            * self.mean_correction(second)?;
+            * self.mean_correction(estimate, second)?;
         let claimed = put_first?.inverse() * put_second?;
         let truth = first_from_second.translation.vector;
         Some((truth, claimed.translation.vector - truth))
     }
 
     /// What brings a visit's surfaces, as the run has them about its middle scan, to where they are about that.
-    fn mean_correction(&self, visit: &VisitReport) -> Option<Isometry3<f64>> {
+    fn mean_correction(&self, estimate: &Trajectory, visit: &VisitReport) -> Option<Isometry3<f64>> {
         let middle_ns = self.log.summary().middle_ns;
-        let [put, truth] = [self.estimate, self.truth].map(|run| self.pose(run, visit.scan, 0));
+        let [put, truth] = [estimate, self.truth].map(|run| self.pose(run, visit.scan, 0));
         let (put, truth) = (put?.inverse(), truth?.inverse());
         let (mut turn, mut shift, mut count) = (Vector3::zeros(), Vector3::zeros(), 0.0);
         for &scan in &visit.scans {
             let [Some(put_scan), Some(true_scan)] =
-                [self.estimate, self.truth].map(|run| self.pose(run, scan, middle_ns))
+                [estimate, self.truth].map(|run| self.pose(run, scan, middle_ns))
             else {
                 continue;
             };
@@ -265,7 +311,12 @@ fn summary(rows: &[Row]) {
         let of = rows.iter().filter(|row| (row.kind == EstimateKind::Truth) == is_truth);
         of.map(|row| row.lost).sum::<usize>()
     };
-    println!("lost: {} pairs of estimates, {} of the truth", lost_of(false), lost_of(true));
+    let beyond: usize = rows.iter().map(|row| row.beyond).sum();
+    println!(
+        "lost: {} pairs of estimates, {} of the truth; a bound above the truth: {beyond}",
+        lost_of(false),
+        lost_of(true)
+    );
     println!("components within 3 sigma: {:.4}", within as f64 / (3 * answers.len()) as f64);
     let mut sigmas: Vec<f64> = answers.iter().flat_map(|answer| answer.sigmas).collect();
     sigmas.sort_by(f64::total_cmp);

@@ -21,7 +21,7 @@ pub struct BesideColumn {
 
 /// Of a run so many visits where it is lost are named.
 const LOST_LISTED: usize = 2;
-/// Begins the cell of a run that is off by more than was searched.
+/// Begins the cell of a run of which visits fit nowhere near.
 const LOST: &str = "lost";
 
 /// The columns that there are numbers for.
@@ -46,8 +46,8 @@ pub fn beside(report: &Report) -> Vec<BesideColumn> {
             let meaning = match (has(|cell| cell == NONE), has(|cell| cell.starts_with(LOST))) {
                 (false, false) => "how far it is off where it comes back to a place (median)",
                 (true, false) => "how far it is off where it comes back (median; –: nowhere)",
-                (false, true) => "how far it is off where it comes back (lost: beyond the search)",
-                (true, true) => "how far it is off there (–: comes back nowhere; lost: too far)",
+                (false, true) => "how far it is off where it comes back (lost: nothing fits)",
+                (true, true) => "how far it is off there (–: comes back nowhere; lost: no fit)",
             };
             columns.push(BesideColumn { name: "revisit error", unit: "", meaning, cells });
         }

@@ -115,15 +115,14 @@ pub fn pairs_in_words(report: &DriftReport) -> String {
 }
 
 /// `kiss 59 cm (0.4 % of the path), mostly sideways`, and at how many visits, unless at all. Where no alignment fits, that
-/// comes first: `kiss lost at 4 of 14 visits (nothing fits within 6.00 m), at least 28.0 cm`.
+/// comes first: `kiss lost at 4 of 14 visits (surfaces do not fit there), at least 28.0 cm`.
 fn run_in_words(run: &RunDrift, floor_m: f64) -> String {
     let name = &run.name;
     if let (1.., Some(median_m)) = (run.pairs_lost, run.median_m.value) {
         return format!(
-            "{name} lost at {} of {} visits (nothing fits within {}), median at least {}",
+            "{name} lost at {} of {} visits (surfaces do not fit there), median at least {}",
             run.pairs_lost,
             run.pairs_measured,
-            metres(run.searched_m),
             metres(median_m)
         );
     }

@@ -38,6 +38,7 @@
 //! ```
 
 mod difference;
+mod elsewhere;
 mod flat;
 mod grid;
 mod held;

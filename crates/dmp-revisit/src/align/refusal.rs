@@ -6,9 +6,13 @@ use thiserror::Error;
 pub(crate) const LEAST_OVERLAP: f64 = 0.20;
 
 impl Refusal {
-    /// Whether surfaces are there that would hold an alignment, and none fits: not a want of surfaces.
-    pub fn is_contradiction(&self) -> bool {
-        matches!(self, Self::NotTheSameBackward { .. } | Self::NotAlike { .. })
+    /// How far from the first guess the surfaces match best, metres, where they neither fit there nor at the guess, and both
+    /// visits see all round: evidence that the guess is wrong, not a want of surfaces.
+    pub fn elsewhere_m(&self) -> Option<f64> {
+        match self {
+            Self::NotTheSameBackward { elsewhere_m, .. } | Self::NotAlike { elsewhere_m, .. } => *elsewhere_m,
+            _ => None,
+        }
     }
 }
 
@@ -44,6 +48,8 @@ pub enum Refusal {
         apart_m: f64,
         /// Angle between what they say.
         turned_rad: f64,
+        /// See [`Refusal::elsewhere_m`].
+        elsewhere_m: Option<f64>,
     },
     /// Surfaces do not coincide.
     #[error(
@@ -56,6 +62,8 @@ pub enum Refusal {
         off_m: f64,
         /// Median thickness of the surfels.
         thick_m: f64,
+        /// See [`Refusal::elsewhere_m`].
+        elsewhere_m: Option<f64>,
     },
     /// Surfaces hold no translation in two directions, or no rotation about an axis.
     #[error("only {held:.4} of the surfaces hold it along or about [{:.2}, {:.2}, {:.2}]", .along[0], .along[1], .along[2])]

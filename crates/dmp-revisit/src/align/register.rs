@@ -82,11 +82,13 @@ pub fn align(target: &Pyramid, source: &Pyramid, guesses: &[Isometry3<f64>]) -> 
     let shift = along.iter().fold(shift, |shift, along| shift - along * along.dot(&shift));
     let (apart_m, turned_rad) = (2.0 * shift.norm(), 2.0 * turn.norm());
     if apart_m > MOST_APART * target.voxel_m || turned_rad > MOST_TURNED_RAD {
-        return Err(Refusal::NotTheSameBackward { apart_m, turned_rad });
+        let elsewhere_m = forward.elsewhere_m(&there, &guesses[0]);
+        return Err(Refusal::NotTheSameBackward { apart_m, turned_rad, elsewhere_m });
     }
     let off_m = there.off_m.max(back.off_m);
-    if off_m > MOST_OFF * there.thick_m.max(LEAST_THICK * target.voxel_m) {
-        return Err(Refusal::NotAlike { off_m, thick_m: there.thick_m });
+    if !there.is_alike(off_m, target.voxel_m) {
+        let elsewhere_m = forward.elsewhere_m(&there, &guesses[0]);
+        return Err(Refusal::NotAlike { off_m, thick_m: there.thick_m, elsewhere_m });
     }
     // The shift of the middle, as a translation after the turn.
     let shift = shift - turn.cross(&middle_m);
@@ -103,6 +105,13 @@ pub fn align(target: &Pyramid, source: &Pyramid, guesses: &[Isometry3<f64>]) -> 
     let target_from_source = unheld
         .map_or(target_from_source, |along| kept_along(&along, &there.guess, target_from_source, &middle_m));
     Ok(Alignment { target_from_source, covariance, overlap, allowance_m, held, least_held, unheld })
+}
+
+impl Found {
+    /// Whether counterparts that lie this far off coincide.
+    pub(crate) fn is_alike(&self, off_m: f64, voxel_m: f64) -> bool {
+        off_m <= MOST_OFF * self.thick_m.max(LEAST_THICK * voxel_m)
+    }
 }
 
 /// What the surfaces hold least.

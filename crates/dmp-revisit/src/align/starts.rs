@@ -7,7 +7,7 @@ use crate::align::refusal::{LEAST_OVERLAP, Refusal};
 use crate::align::side::{Counterparts, FINEST, Found, STAGES, Side, Stage};
 
 /// Places are apart from this on, voxels and radians: far more than one match leaves open.
-const APART: f64 = 2.0;
+pub(crate) const APART: f64 = 2.0;
 const APART_RAD: f64 = 2.0 * std::f64::consts::PI / 180.0;
 /// Where the coarsest surfels match less than this as well as at the best place, the finest ones are not looked at. Of streets
 /// that repeat themselves they match from 0.75, of others up to 0.65.
@@ -154,7 +154,7 @@ impl Side<'_> {
 }
 
 /// Distance of the middle at two poses, and the angle between them: the chord, which needs no sine.
-fn between(a: &Isometry3<f64>, b: &Isometry3<f64>, middle_m: &Vector3<f64>) -> (f64, f64) {
+pub(crate) fn between(a: &Isometry3<f64>, b: &Isometry3<f64>, middle_m: &Vector3<f64>) -> (f64, f64) {
     let between = b * a.inverse();
     let shift_m = between.rotation * middle_m + between.translation.vector - middle_m;
     (shift_m.norm(), 2.0 * between.rotation.quaternion().imag().norm())

@@ -8,6 +8,6 @@ mod summary;
 
 pub use constraint::{covariance_in, upper_triangle};
 pub use displacement::{Axes, Displacement};
-pub use register::{Seen, register, searched_m};
+pub use register::{Seen, at_least_m, register, searched_m};
 pub use report::{DriftBin, DriftComparison, DriftReport, Measured, RunDrift, VisitPairReport, VisitReport};
 pub use summary::{PairFacts, RunFacts, blocks, compared, of_run};

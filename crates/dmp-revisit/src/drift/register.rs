@@ -7,6 +7,8 @@ use crate::align::{Alignment, Pyramid, Refusal, align};
 /// Step between starts around a run's claim, metres of a drive. A run may be off by more than a registration
 /// converges from, and a repetitive street shows only if a start leads to the next similar house.
 const STEP_M: f64 = 3.0;
+/// A match that does not fit lies up to 28 % further from the claim than the visit truly is.
+const SURE: f64 = 0.75;
 /// Starts nearer than this count as one.
 const SAME_START_M: f64 = 1.0;
 
@@ -34,6 +36,12 @@ pub fn register(seen: &Seen<'_>, steps: i32, metre_m: f64) -> Result<Alignment, 
     let around = around(&seen.claimed, steps, metre_m);
     let starts = distinct([seen.claimed].iter().chain(&around), metre_m);
     align(seen.first, seen.second, &starts)
+}
+
+/// How far off a run is at least where there is no answer, metres: a part of how far from its claim the surfaces match best, and no
+/// more than was searched; `None` where nothing speaks against the claim.
+pub fn at_least_m(why_not: &Refusal, searched_m: f64) -> Option<f64> {
+    why_not.elsewhere_m().map(|elsewhere_m| (SURE * elsewhere_m).min(searched_m))
 }
 
 /// Starts around a claim, level in the frame of the place.

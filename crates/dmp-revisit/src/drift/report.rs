@@ -51,8 +51,8 @@ pub struct RunDrift {
     pub pairs: usize,
     /// Pairs measured in some directions only.
     pub pairs_in_part: usize,
-    /// Pairs that the run puts at one place, where no alignment of their surfaces fits within what was searched. Each counts
-    /// as far off as was searched: then the three numbers below are at least so large.
+    /// Pairs that the run puts at one place, where their surfaces do not fit; they match better elsewhere, without fitting there.
+    /// Each counts with [`VisitPairReport::at_least_m`]: then the three numbers below are at least so large.
     pub pairs_lost: usize,
     /// How far around its poses was searched, metres.
     pub searched_m: f64,
@@ -152,7 +152,7 @@ pub struct VisitPairReport {
     pub at_m: [f64; 3],
     /// The displacement; null where the surfaces do not determine it.
     pub off: Option<Displacement>,
-    /// Where surfaces are there and no alignment fits: how far was searched, metres. The distance is at least this.
+    /// Where a pair is lost: the distance is at least this, metres.
     pub at_least_m: Option<f64>,
     /// Why there is no displacement.
     pub why_not: Option<String>,

@@ -51,11 +51,6 @@ impl RunPoses {
         Self { trajectory, sparse: self.sparse.clone(), ..*self }
     }
 
-    /// How far poses are off from the path between their neighbours, metres; a rotation counts at this distance.
-    pub fn jitter_m(&self, reach_m: f64) -> f64 {
-        self.trajectory.jitter_m(reach_m)
-    }
-
     /// The sensor's poses at any time.
     pub fn track(&self) -> Track<'_> {
         Track::new(&self.trajectory, self.body_from_sensor, self.max_gap_ns)

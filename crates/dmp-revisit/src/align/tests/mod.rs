@@ -2,6 +2,7 @@
 
 mod bare;
 mod coverage;
+mod elsewhere;
 mod look_alikes;
 mod visits;
 

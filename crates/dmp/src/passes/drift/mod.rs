@@ -10,7 +10,7 @@ use dmp_log::ScanLog;
 use dmp_reduce::FrameSet;
 use dmp_revisit::drift::{
     Axes, Displacement, DriftReport, PairFacts, RunDrift, RunFacts, Seen, VisitPairReport, VisitReport,
-    blocks, compared, covariance_in, of_run, register, searched_m, upper_triangle,
+    at_least_m, blocks, compared, covariance_in, of_run, register, searched_m, upper_triangle,
 };
 pub use dmp_revisit::visits::VisitPair;
 use dmp_revisit::visits::Visits;
@@ -26,10 +26,6 @@ use visits::Visit;
 
 /// Approximate memory for the surfaces of a visit in one run, bytes.
 const PYRAMID_BYTES: usize = 600 << 10;
-/// Visits of a run whose poses are off by more from the path between their neighbours, metres of a drive, are too rough to
-/// fit anything: then it is no evidence that nothing fits. A rotation counts at the other distance.
-const ROUGH_M: f64 = 0.1;
-const REACH_M: f64 = 10.0;
 
 /// Measures the drift of `runs` at revisits, each by itself, on as many pairs of visits as [`Config::drift`] allows, evenly
 /// spread.
@@ -105,8 +101,6 @@ pub struct Revisits<'e> {
     /// From the sensor's frame to that of a place: tilted, so that level ground and walls along the path
     /// cross their voxels.
     tilt: UnitQuaternion<f64>,
-    /// Whether noise of its poses may be why visits fit nowhere.
-    is_rough: bool,
     pairs_found: usize,
     pairs: Vec<VisitPair>,
 }
@@ -130,11 +124,9 @@ impl<'e> Revisits<'e> {
         let found = places.pairs(settings.drift_near_m(), is_camera);
         let most = settings.drift.most(run.path.segments.starts.len());
         let pairs = spread(found.len(), most).into_iter().map(|k| found[k]).collect();
-        let metre_m = settings.metre_m();
-        let is_rough = run.poses.jitter_m(REACH_M * metre_m) > ROUGH_M * metre_m;
         let (tilt, pairs_found) = (own_frame::tilt(), found.len());
         let source = Source { log: *log, settings, means, plan, progress: *progress };
-        Self { source, run, visits, places, tilt, is_rough, pairs_found, pairs }
+        Self { source, run, visits, places, tilt, pairs_found, pairs }
     }
 
     /// As many pairs as fit a part of the memory.
@@ -248,8 +240,7 @@ impl<'e> Revisits<'e> {
                 report.covariance = Some(upper_triangle(&covariance));
             }
             Err(why) => {
-                let is_lost = why.is_contradiction() && !self.is_rough;
-                report.at_least_m = is_lost.then(|| self.searched_m());
+                report.at_least_m = at_least_m(&why, self.searched_m());
                 report.why_not = Some(why.to_string());
             }
         }

@@ -1,0 +1,57 @@
+//! What speaks against a claim, and what does not.
+
+use super::visits::{moved, pyramid, turned, visits};
+use crate::align::{Refusal, align};
+
+const GUESSES_M: [[f64; 3]; 5] =
+    [[0.0; 3], [3.0, 0.0, 0.0], [-3.0, 0.0, 0.0], [0.0, 3.0, 0.0], [0.0, -3.0, 0.0]];
+
+fn refusal(first: &[[f64; 3]], second: &[[f64; 3]]) -> Option<Refusal> {
+    let guesses = GUESSES_M.map(|shift_m| turned(0.0, shift_m));
+    align(&pyramid(first.to_vec()), &pyramid(second.to_vec()), &guesses).err()
+}
+
+/// Pieces of 4 m are moved by some centimetres, each other one the other way.
+fn bent(points: &[[f64; 3]]) -> Vec<[f64; 3]> {
+    let by_m = |x: f64, y: f64| if ((x / 4.0).floor() + (y / 4.0).floor()) % 2.0 == 0.0 { 0.06 } else { -0.06 };
+    points.iter().map(|&[x, y, z]| [x, y + by_m(x, y), z + by_m(x, y)]).collect()
+}
+
+#[test]
+fn another_street_is_elsewhere_and_a_bent_visit_is_not() {
+    let streets: Vec<_> = (1..=6).map(visits).collect();
+    let mut elsewhere_m = Vec::new();
+    for (k, [first, _]) in streets.iter().enumerate() {
+        for [_, second] in &streets[..k] {
+            elsewhere_m.extend(refusal(first, second).and_then(|why| why.elsewhere_m()));
+        }
+        let why = refusal(first, &bent(&streets[k][1])).unwrap();
+        assert!(matches!(why, Refusal::NotAlike { .. }) && why.elsewhere_m().is_none(), "{why:?}");
+    }
+    println!("{elsewhere_m:?}");
+    assert!(elsewhere_m.len() >= 3 && elsewhere_m.iter().all(|&m| m > 1.0), "{elsewhere_m:?}");
+}
+
+#[test]
+fn a_bent_visit_that_is_off_is_at_least_nearly_as_far_away() {
+    for (seed, off_m) in [(1, 3.0), (2, 4.0), (3, 5.0)] {
+        let [first, second] = visits(seed);
+        let why = refusal(&first, &bent(&moved(&turned(0.0, [off_m, 0.5, 0.0]), &second)));
+        let Some(elsewhere_m) = why.and_then(|why| why.elsewhere_m()) else { panic!("{seed}: {why:?}") };
+        assert!((elsewhere_m - off_m).abs() < 0.2 * off_m, "{seed}: {elsewhere_m} m of {off_m} m");
+    }
+}
+
+#[test]
+fn nothing_speaks_against_a_claim_where_only_a_part_is_in_view() {
+    let in_view = |points: &[[f64; 3]]| -> Vec<[f64; 3]> {
+        points.iter().copied().filter(|[x, y, _]| *x > y.abs()).collect()
+    };
+    let streets: Vec<_> = (1..=6).map(|seed| visits(seed).map(|points| in_view(&points))).collect();
+    for (k, [first, _]) in streets.iter().enumerate() {
+        for [_, second] in &streets[..k] {
+            let why = refusal(first, second);
+            assert_eq!(why.and_then(|why| why.elsewhere_m()), None, "{why:?}");
+        }
+    }
+}
