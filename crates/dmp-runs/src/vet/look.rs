@@ -47,11 +47,18 @@ pub(super) fn is_better_share(other: f64, given: f64) -> bool {
     other > BETTER_BY * given && other > BETTER_BY_SHARE + given
 }
 
+/// Whether it is to be found at which instant of a scan the poses of a run hold.
+pub(super) fn has_open_instant(run: &Run) -> bool {
+    run.trajectory.stamps_ns().is_none() && run.pose_at.is_none()
+}
+
 /// The log by which runs are vetted.
 pub(super) struct Look<'a> {
     pub(super) heads: Heads<'a>,
     pub(super) settings: &'a Settings,
     pub(super) blocks: &'a [Block],
+    /// Those that show at which instant poses without stamps hold.
+    pub(super) of_instant: &'a [Block],
 }
 
 impl Look<'_> {
@@ -109,18 +116,17 @@ impl Look<'_> {
     /// The instant of the scans at which the poses of a run without stamps hold, where none was chosen and the scans show
     /// beyond doubt that it is not that of their stamps.
     fn instant(&self, run: &Run) -> Result<Option<PoseAt>, EvaluateError> {
-        let is_open = run.trajectory.stamps_ns().is_none() && run.pose_at.is_none();
         let instants: Vec<(PoseAt, f64)> = PoseAt::ALL
             .into_iter()
             .map(|at| (at, -(at.after_stamp_ns(self.heads.summary()) as f64) / 1e9))
             .filter(|(_, later_s)| *later_s != 0.0)
             .collect();
-        if !is_open || instants.is_empty() || self.settings.time_offset_ns(run) != 0 {
+        if !has_open_instant(run) || instants.is_empty() || self.settings.time_offset_ns(run) != 0 {
             return Ok(None);
         }
         let later_s: Vec<f64> = instants.iter().map(|(_, later_s)| *later_s).collect();
         let metre_m = self.settings.metre_m();
-        let found = |mount: &Mount<'_>| instant(self.blocks, mount, metre_m, &later_s, certain());
+        let found = |mount: &Mount<'_>| instant(self.of_instant, mount, metre_m, &later_s, certain());
         Ok(self.mounted(run, found)?.map(|k| instants[k].0))
     }
 

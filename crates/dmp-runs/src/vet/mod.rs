@@ -24,6 +24,7 @@ use crate::asked::{Config, EvaluateError, Progress, Run, Stage, check_runs};
 use crate::runs::Heads;
 pub use found::{Doubt, DoubtTest, Found};
 use look::Look;
+use sample::Extent;
 pub use mend::Mend;
 pub use poses_as::PosesAs;
 pub use profile::{Profile, profiles};
@@ -48,7 +49,8 @@ pub fn vet(
     vet_heads(Heads::Log(log), runs, config, mend, progress)
 }
 
-/// The same with fewer scans, up to 80, of a log of which only the index was read.
+/// The same with fewer scans, up to 80, of a log of which only the index was read; the instant of poses without stamps is sought
+/// on as many as ever.
 ///
 /// # Errors
 /// As [`vet`].
@@ -71,8 +73,13 @@ fn vet_heads(
 ) -> Result<Vetted, EvaluateError> {
     let (settings, means) = config.on(heads.summary())?;
     check_runs(given)?;
-    let blocks = sample::read(heads, &settings, progress)?;
-    let look = Look { heads, settings: &settings, blocks: &blocks };
+    let extent = if matches!(heads, Heads::Log(_)) { Extent::Full } else { Extent::Few };
+    let blocks = sample::read(heads, extent, &settings, progress)?;
+    // Few scans do not show an instant. What else is said of a run does not depend on whether others have stamps.
+    let is_open = extent == Extent::Few && given.iter().any(look::has_open_instant);
+    let more = is_open.then(|| sample::read(heads, Extent::Full, &settings, progress)).transpose()?;
+    let of_instant = more.as_deref().unwrap_or(&blocks);
+    let look = Look { heads, settings: &settings, blocks: &blocks, of_instant };
     depth_units::check(&look, given)?;
     progress.begin(Stage::Vet, given.len() as u64);
     let at = |run: &Run| {

@@ -5,7 +5,7 @@ use dmp_revisit::calibrate::{Axis, Calibration, thickness_m};
 
 use super::found::Found;
 use super::look::Look;
-use super::sample;
+use super::sample::{self, Extent};
 use crate::asked::pool;
 use crate::asked::{Config, EvaluateError, Progress, Run, Stage};
 use crate::runs::Heads;
@@ -42,8 +42,8 @@ pub fn profiles(
 ) -> Result<Vec<Profile>, EvaluateError> {
     let heads = Heads::Log(log);
     let (settings, means) = config.on(heads.summary())?;
-    let blocks = sample::read(heads, &settings, progress)?;
-    let look = Look { heads, settings: &settings, blocks: &blocks };
+    let blocks = sample::read(heads, Extent::Full, &settings, progress)?;
+    let look = Look { heads, settings: &settings, blocks: &blocks, of_instant: &blocks };
     let axes = Axis::ALL.into_iter().filter(|&axis| axis != Axis::Sweep || heads.summary().has_point_times());
     let axes: Vec<Axis> = axes.collect();
     progress.begin(Stage::Vet, (axes.len() * runs.len()) as u64);

@@ -8,28 +8,37 @@ use dmp_sensor::{EgoMask, ReturnFilter, Scan};
 use crate::asked::{EvaluateError, Progress, Settings, Stage};
 use crate::runs::Heads;
 
-/// Number of blocks, scans per block, returns per scan; less for a log that is not read whole.
+/// Number of blocks, scans per block, returns per scan; fewer blocks, and scans closer together, where little is to be read.
 const BLOCKS: usize = 32;
 const SCANS: usize = 6;
 const RETURNS: usize = 4000;
-const BLOCKS_OF_OUTLINE: usize = 16;
-const ROOM_OF_OUTLINE: usize = 16;
+const FEW_BLOCKS: usize = 16;
+const LITTLE_ROOM: usize = 16;
+
+/// How many scans are read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Extent {
+    Full,
+    Few,
+}
 
 /// Reads some scans in blocks, evenly spread over the log.
 pub(super) fn read(
     heads: Heads<'_>,
+    extent: Extent,
     settings: &Settings,
     progress: &dyn Progress,
 ) -> Result<Vec<Block>, EvaluateError> {
     let scans = heads.readable();
-    let most = if matches!(heads, Heads::Log(_)) { BLOCKS } else { BLOCKS_OF_OUTLINE };
+    let (most, most_room) = match extent {
+        Extent::Full => (BLOCKS, usize::MAX),
+        Extent::Few => (FEW_BLOCKS, LITTLE_ROOM),
+    };
     let count = most.min(scans / 4).max(1);
     let blocks: Vec<Vec<usize>> = (0..count)
         .map(|k| {
             let (start, end) = (k * scans / count, (k + 1) * scans / count);
-            let room =
-                if matches!(heads, Heads::Log(_)) { end - start } else { (end - start).min(ROOM_OF_OUTLINE) };
-            scans_of_block(start, room, scans, SCANS)
+            scans_of_block(start, (end - start).min(most_room), scans, SCANS)
         })
         .collect();
     let ego = match settings.ego {
