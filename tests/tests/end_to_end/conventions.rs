@@ -197,20 +197,27 @@ fn errors_along_every_axis_are_found_or_not_seen() {
     assert!(found_and_fixed(&all) >= 5);
 }
 
+/// As an odometry writes them: the pose of the end of each scan with the stamp of its start.
+fn poses_of_ends() -> Vec<(i64, Isometry3<f64>)> {
+    let of_end = |scan: &Scan| {
+        let stamp_ns = scan.stamp_ns?;
+        let last_ns = scan.time_offsets_ns.iter().max()?;
+        Some((stamp_ns, town().1.world_from_body_at(stamp_ns + last_ns, i64::MAX)?))
+    };
+    town().0.iter().filter_map(of_end).collect()
+}
+
+/// The same without stamps.
+fn unstamped() -> Run {
+    let poses = poses_of_ends().into_iter().map(|(_, pose)| pose).collect();
+    Run::new("unstamped", Trajectory::unstamped(poses).unwrap())
+}
+
 #[test]
 #[ignore = "nightly: the calibration of three runs, twice"]
 fn a_pose_at_the_end_of_its_scan_is_found_as_that() {
-    // As an odometry writes it: the pose of the end of the scan with the stamp of its start, or with none.
-    let ends = || {
-        town().0.iter().filter_map(|scan| {
-            let stamp_ns = scan.stamp_ns?;
-            let last_ns = scan.time_offsets_ns.iter().max()?;
-            Some((stamp_ns, town().1.world_from_body_at(stamp_ns + last_ns, i64::MAX)?))
-        })
-    };
-    let stamped = Trajectory::stamped(ends().collect()).unwrap().trajectory;
-    let unstamped = Trajectory::unstamped(ends().map(|(_, pose)| pose).collect()).unwrap();
-    let runs = [Run::new("stamped", stamped), Run::new("unstamped", unstamped), truth()];
+    let runs =
+        [Run::new("stamped", Trajectory::stamped(poses_of_ends()).unwrap().trajectory), unstamped(), truth()];
     let found = vetted(&runs, true);
     assert_eq!(found.found[0].mends, [Mend::PoseAt(PoseAt::End)]);
     assert!(found.found[1].mends.is_empty() && found.found[2].mends.is_empty());
@@ -443,10 +450,15 @@ fn a_log_of_which_only_the_index_is_read_is_vetted_too() {
     write_mcap(&path, &town().0);
     let outline = outline_log(&path, &LogOptions::default()).unwrap();
     let wrong = Run { name: "inverse".into(), trajectory: moved(&town().1, Isometry3::inverse), ..truth() };
-    let found = vet_outline(&outline, &[truth(), wrong], &Config::default(), false, &()).unwrap();
+    let found = vet_outline(&outline, &[truth(), wrong.clone()], &Config::default(), false, &()).unwrap();
     assert_eq!([0, 1].map(|run| found.found[run].is_doubtful(false)), [false, true]);
     assert_eq!(found.is_kept(), [true, true]);
     assert_eq!(found.found[1].mends[0], Mend::PosesAs(PosesAs::Inverted));
+    // More scans are read for an instant, and what is said of the others stays.
+    let with_open = [truth(), wrong, unstamped()];
+    let with_open = vet_outline(&outline, &with_open, &Config::default(), false, &()).unwrap();
+    assert_eq!(with_open.found[2].instant, Some(PoseAt::End));
+    assert_eq!(format!("{:?}", &with_open.found[..2]), format!("{:?}", found.found));
 }
 
 #[test]

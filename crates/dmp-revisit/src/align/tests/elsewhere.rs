@@ -13,7 +13,8 @@ fn refusal(first: &[[f64; 3]], second: &[[f64; 3]]) -> Option<Refusal> {
 
 /// Pieces of 4 m are moved by some centimetres, each other one the other way.
 fn bent(points: &[[f64; 3]]) -> Vec<[f64; 3]> {
-    let by_m = |x: f64, y: f64| if ((x / 4.0).floor() + (y / 4.0).floor()) % 2.0 == 0.0 { 0.06 } else { -0.06 };
+    let by_m =
+        |x: f64, y: f64| if ((x / 4.0).floor() + (y / 4.0).floor()) % 2.0 == 0.0 { 0.06 } else { -0.06 };
     points.iter().map(|&[x, y, z]| [x, y + by_m(x, y), z + by_m(x, y)]).collect()
 }
 
