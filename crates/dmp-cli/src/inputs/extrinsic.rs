@@ -4,6 +4,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context as _;
+use dmp::LeftOutReport;
 use dmp_log::{Calib, LogSummary, find_calib, read_calib, shown_path};
 use dmp_sensor::Isometry3;
 
@@ -34,14 +35,16 @@ impl BodyFromSensor {
     }
 }
 
-/// Each run's extrinsic: the one given for it by name, else the one given for all, else found by looking.
+/// Each run's extrinsic, but of those unread: the one given for it by name, else the one given for all, else found by looking.
 pub(crate) fn of_runs(
     asked: &Asked,
     runs: &[LoadedRun],
+    unread: &[LeftOutReport],
     log: LogHead<'_>,
 ) -> anyhow::Result<Vec<BodyFromSensor>> {
     let given = asked.all(&input::EXTRINSIC);
-    let names: Vec<&str> = runs.iter().map(|run| run.name.as_str()).collect();
+    let unread = unread.iter().map(|run| run.name.as_str());
+    let names: Vec<&str> = runs.iter().map(|run| run.name.as_str()).chain(unread).collect();
     let of_runs = assign("--extrinsic", &names, given.iter().map(Named::parts))?;
     runs.iter()
         .zip(of_runs)

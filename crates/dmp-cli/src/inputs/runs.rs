@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use dmp::{MapSource, PosesAs, Run, RunSource};
+use dmp::{LeftOutReport, MapSource, PosesAs, Run, RunSource};
 use dmp_log::{
-    LogOutline, LogSummary, PoseTopic, ScanLog, TimeUnit, TrajectoryFormat, has_bag_name, is_bag,
+    LogError, LogOutline, LogSummary, PoseTopic, ScanLog, TimeUnit, TrajectoryFormat, has_bag_name, is_bag,
     poses_at_most, read_topic_trajectory, read_trajectory, read_trajectory_as,
 };
 use dmp_sensor::Trajectory;
@@ -14,7 +14,7 @@ use super::extrinsic::BodyFromSensor;
 use super::loaded_run::LoadedRun;
 use super::log_input::{LogHead, LogInput};
 use super::{announce, extrinsic};
-use crate::console::{Common, Hosted, Usage, say};
+use crate::console::{Common, Hosted, Usage, one_line, say};
 use crate::files::is_missing;
 use crate::named::{Named, NamedFile, assign, names_of};
 use crate::options::values::Poses;
@@ -29,6 +29,8 @@ pub(crate) struct Runs {
     meant: Vec<Meant>,
     /// What carries each between its poses.
     between: Vec<Option<Trajectory>>,
+    /// Those whose files hold no trajectory, and why.
+    unread: Vec<(String, anyhow::Error)>,
 }
 
 #[derive(Debug)]
@@ -112,6 +114,13 @@ impl Runs {
 
     /// Names the runs and reads those in files.
     pub(crate) fn start(asked: &Asked) -> anyhow::Result<Self> {
+        let mut runs = Self::start_some(asked)?;
+        runs.unread.pop().map_or(Ok(()), |(_, problem)| Err(problem))?;
+        Ok(runs)
+    }
+
+    /// The same for runs that are compared: what one system wrote in vain does not keep the others from being scored.
+    pub(crate) fn start_some(asked: &Asked) -> anyhow::Result<Self> {
         let files = Self::files(asked);
         let is_json = |file: &&NamedFile| file.path.extension().is_some_and(|end| end == "json");
         if let Some(file) = files.iter().find(is_json).filter(|_| asked.has(&output::JSON)) {
@@ -139,8 +148,23 @@ impl Runs {
             let run = LoadedRun::of_file(name.clone(), given, &file.path, read);
             Ok((name, Source::Read(Box::new(run))))
         };
-        let named = names.into_iter().zip(files.iter().zip(&meant)).map(start).collect::<Result<_, _>>()?;
-        Ok(Self { named, meant, between })
+        let started: Vec<_> = names.iter().cloned().zip(files.iter().zip(&meant)).map(start).collect();
+        let mut runs = Self { named: Vec::new(), meant: Vec::new(), between: Vec::new(), unread: Vec::new() };
+        for (((name, started), meant), between) in names.into_iter().zip(started).zip(meant).zip(between) {
+            match started {
+                Ok(named) => {
+                    runs.named.push(named);
+                    runs.meant.push(meant);
+                    runs.between.push(between);
+                }
+                Err(problem) if is_malformed(&problem) => runs.unread.push((name, problem)),
+                Err(problem) => return Err(problem),
+            }
+        }
+        if runs.named.is_empty() && !runs.unread.is_empty() {
+            return Err(runs.unread.swap_remove(0).1);
+        }
+        Ok(runs)
     }
 
     /// The first run, if any, whose poses are messages of the log itself.
@@ -149,8 +173,10 @@ impl Runs {
         self.named.iter().find(in_log).map(|(name, _)| name.clone())
     }
 
+    /// Their names; last those of which there is no trajectory.
     pub(crate) fn names(&self) -> Vec<&str> {
-        self.named.iter().map(|(name, _)| name.as_str()).collect()
+        let unread = self.unread.iter().map(|(name, _)| name.as_str());
+        self.named.iter().map(|(name, _)| name.as_str()).chain(unread).collect()
     }
 
     /// Reads those in messages: of the log itself or of other bags.
@@ -179,6 +205,11 @@ impl Runs {
         };
         self.named.into_iter().zip(self.meant).zip(self.between).map(finish).collect()
     }
+}
+
+/// Whether the contents of a file are at fault, and not how it was named.
+fn is_malformed(problem: &anyhow::Error) -> bool {
+    matches!(problem.downcast_ref::<LogError>(), Some(LogError::Malformed { .. }))
 }
 
 /// The bag (`None`: the log) and the topic that `topic:/odom`, `BAG:/odom`, `BAG:/tf:WORLD:BODY` or `BAG`
@@ -217,6 +248,8 @@ fn parse_topic(text: &str) -> Result<PoseTopic, Usage> {
 pub(crate) struct OpenedRuns<L = Box<dyn ScanLog>> {
     pub(crate) log: L,
     pub(crate) runs: Vec<Run>,
+    /// Runs without a trajectory that can be read.
+    pub(crate) unread: Vec<LeftOutReport>,
     /// Whether part of the log or of a run is lost; warnings say what.
     pub(crate) damaged: bool,
 }
@@ -235,7 +268,8 @@ impl OpenedRuns {
         let host = (!common.quiet).then_some(&common.host);
         let found = Found::of(started, LogHead::of_log(log.as_ref()), asked, host)?;
         let damaged = found.is_damaged || !log.summary().damage.is_empty();
-        Ok(Self { runs: found.into_runs(maps), log, damaged })
+        let unread = found.unread.clone();
+        Ok(Self { runs: found.into_runs(maps), unread, log, damaged })
     }
 }
 
@@ -265,7 +299,8 @@ impl OpenedRuns<LogOutline> {
             announce::extrinsics(&common.host, &found.loaded, &found.extrinsics);
         }
         let damaged = found.is_damaged || !log.summary().damage.is_empty();
-        Ok(Some(Self { runs: found.into_runs(std::iter::repeat(MapSource::Fused)), log, damaged }))
+        let unread = found.unread.clone();
+        Ok(Some(Self { runs: found.into_runs(std::iter::repeat(MapSource::Fused)), unread, log, damaged }))
     }
 }
 
@@ -275,6 +310,7 @@ struct Found {
     loaded: Vec<LoadedRun>,
     extrinsics: Vec<BodyFromSensor>,
     clocks: Vec<RunClock>,
+    unread: Vec<LeftOutReport>,
     /// Whether part of a run is lost.
     is_damaged: bool,
 }
@@ -283,21 +319,26 @@ impl Found {
     /// Finishes the runs; prints what is found to the host, if there is one.
     fn of(started: Runs, log: LogHead<'_>, asked: &Asked, host: Option<&Hosted>) -> anyhow::Result<Self> {
         let clocks = RunClock::of_runs(asked, &started.names())?;
+        let unread: Vec<LeftOutReport> = started.unread.iter().map(left_out).collect();
         let loaded = started.finish(log.summary)?;
         if let Some(host) = host {
             announce::found(host, log, &loaded);
         }
-        let extrinsics = extrinsic::of_runs(asked, &loaded, log)?;
+        let extrinsics = extrinsic::of_runs(asked, &loaded, &unread, log)?;
         if let Some(host) = host {
             announce::extrinsics(host, &loaded, &extrinsics);
         }
-        let is_damaged = loaded.iter().any(|run| run.damaged);
-        Ok(Self { loaded, extrinsics, clocks, is_damaged })
+        let is_damaged = !unread.is_empty() || loaded.iter().any(|run| run.damaged);
+        Ok(Self { loaded, extrinsics, clocks, unread, is_damaged })
     }
 
     fn into_runs(self, maps: impl IntoIterator<Item = MapSource>) -> Vec<Run> {
         to_score(self.loaded, maps, self.extrinsics, self.clocks)
     }
+}
+
+fn left_out((name, problem): &(String, anyhow::Error)) -> LeftOutReport {
+    LeftOutReport { name: name.clone(), reason: format!("run `{name}` is excluded: {}", one_line(problem)) }
 }
 
 /// The runs as they are scored.

@@ -1,6 +1,8 @@
 //! Checks of runs before they are scored: wrong clocks, extrinsics and formats are detected, reported, and with `--mend` fixed.
 
-use dmp::{Config, EvaluateError, PointTimes, Report, Run, Vetted, vet, vet_outline};
+use dmp::{
+    Config, EvaluateError, LeftOutReport, PointTimes, Report, Run, VetSummary, Vetted, vet, vet_outline,
+};
 use dmp_log::LogOutline;
 
 use super::log_input::LogInput;
@@ -17,13 +19,9 @@ pub(crate) fn checked(
     config: &Config,
     common: &Common,
 ) -> anyhow::Result<(OpenedRuns, Option<Vetted>)> {
-    if asked.has(&input::TRUST) {
-        return Ok((opened, None));
-    }
     let mend = asked.has(&input::MEND);
-    let (opened, vetted) = with_log(opened, log, mend, config, common)?;
-    tell(&vetted, asked, common);
-    Ok((opened, Some(vetted)))
+    let vet = |opened| with_log(opened, log, mend, config, common);
+    told(opened, vet, asked, common)
 }
 
 /// The same with an open log, and without a word.
@@ -50,22 +48,25 @@ pub(crate) fn checked_outline(
     config: &Config,
     common: &Common,
 ) -> anyhow::Result<(OpenedRuns<LogOutline>, Option<Vetted>)> {
-    if asked.has(&input::TRUST) {
-        return Ok((opened, None));
-    }
     let mend = asked.has(&input::MEND);
-    let (opened, vetted) = check(opened, (log, mend), LogInput::outline, |log, runs| {
-        vet_outline(log, runs, config, mend, &Progress::new(common))
-    })?;
-    tell(&vetted, asked, common);
-    Ok((opened, Some(vetted)))
+    let vet = |opened| {
+        check(opened, (log, mend), LogInput::outline, |log, runs| {
+            vet_outline(log, runs, config, mend, &Progress::new(common))
+        })
+    };
+    told(opened, vet, asked, common)
+}
+
+/// What was found before, for a report.
+pub(crate) fn summary(vetted: Option<&Vetted>, unread: &[LeftOutReport]) -> VetSummary {
+    let mut summary = vetted.map_or_else(VetSummary::default, |vetted| vetted.summary(&option_of));
+    summary.leave_out(unread);
+    summary
 }
 
 /// The report with what was found before.
-pub(crate) fn reported(mut report: Report, vetted: Option<&Vetted>) -> Report {
-    if let Some(vetted) = vetted {
-        vetted.summary(&option_of).put_into(&mut report);
-    }
+pub(crate) fn reported(mut report: Report, vetted: Option<&Vetted>, unread: &[LeftOutReport]) -> Report {
+    summary(vetted, unread).put_into(&mut report);
     report
 }
 
@@ -76,7 +77,7 @@ fn check<L, E>(
     open: impl Fn(&LogInput) -> Result<L, E>,
     look: impl Fn(&L, &[Run]) -> Result<Vetted, EvaluateError>,
 ) -> anyhow::Result<(OpenedRuns<L>, Vetted)> {
-    let OpenedRuns { mut log, runs, damaged } = opened;
+    let OpenedRuns { mut log, runs, unread, damaged } = opened;
     let mut vetted = look(&log, &runs)?;
     if let (true, PointTimes::Corrected(sweep)) = (mend, vetted.point_times) {
         // A log that cannot be read without them is scored as it is; a message says so.
@@ -95,12 +96,27 @@ fn check<L, E>(
         }
     }
     let runs = vetted.runs.clone();
-    Ok((OpenedRuns { log, runs, damaged }, vetted))
+    Ok((OpenedRuns { log, runs, unread, damaged }, vetted))
 }
 
-fn tell(vetted: &Vetted, asked: &Asked, common: &Common) {
+/// What `vet` finds, unless runs are trusted, told where no report will say it.
+fn told<L>(
+    opened: OpenedRuns<L>,
+    vet: impl FnOnce(OpenedRuns<L>) -> anyhow::Result<(OpenedRuns<L>, Vetted)>,
+    asked: &Asked,
+    common: &Common,
+) -> anyhow::Result<(OpenedRuns<L>, Option<Vetted>)> {
+    let (opened, vetted) = if asked.has(&input::TRUST) {
+        (opened, None)
+    } else {
+        let (opened, vetted) = vet(opened)?;
+        (opened, Some(vetted))
+    };
     let has_report = asked.spec().name == "score" && !asked.has(&output::JSON);
     if !common.quiet && !has_report {
-        vetted.messages_with(&option_of).iter().for_each(|message| say!(common.host, "note: {message}"));
+        let unread = opened.unread.iter().map(|run| run.reason.clone());
+        let of_vetted = vetted.iter().flat_map(|vetted| vetted.messages_with(&option_of));
+        unread.chain(of_vetted).for_each(|message| say!(common.host, "note: {message}"));
     }
+    Ok((opened, vetted))
 }

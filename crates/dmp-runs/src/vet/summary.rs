@@ -25,6 +25,12 @@ impl VetSummary {
         self.left_out.iter().map(|run| run.name.as_str())
     }
 
+    /// Excludes more runs: those of which there is no trajectory.
+    pub fn leave_out(&mut self, runs: &[LeftOutReport]) {
+        self.messages.splice(0..0, runs.iter().map(|run| run.reason.clone()));
+        self.left_out.extend_from_slice(runs);
+    }
+
     /// Adds it to a report.
     pub fn put_into(&self, report: &mut Report) {
         report.left_out.extend(self.left_out.iter().cloned());

@@ -104,8 +104,10 @@ fn what_is_not_compared_is_reported() {
         found.pairs[0].reason,
         "too few logs: 8 needed, even if all of them agree, and 3 compare both"
     );
-    let expected =
-        ["lost was not scored: no such file", "new fails on 1 of 5 logs (odd): these are not counted"];
+    let expected = [
+        "lost was not scored: no such file",
+        "new fails on 1 of 5 logs (odd): these are not counted; first: excluded: it belongs to another log",
+    ];
     assert_eq!(found.warnings, expected);
     assert_eq!(found.log("odd").unwrap().missing[0].reason, "excluded: it belongs to another log");
     assert_eq!(found.worst_first.len(), 4);

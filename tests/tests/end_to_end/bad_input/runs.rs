@@ -55,6 +55,9 @@ pub(super) const ROWS: &[Row] = &[
             score town.mcap -t zero.tum => 1 zero.tum | line 2 | quaternion
             score town.mcap -t nan.tum => 1 nan.tum | line 3 | nan
             score town.mcap -t cut.tum => 1 cut.tum | line 2 | 6
+            score town.mcap -t zero.tum -t truth.tum -t nan.tum -t drift.tum --pose-at nan=end => 3 as score town.mcap; left_out/1/reason: run `nan` is excluded: | line 3
+            score town.mcap -t zero.tum -t nan.tum => 1 zero.tum | line 2
+            score town.mcap -t nan.tum -t gone.tum => 2 gone.tum: no such file
             score town.mcap -t words.tum => 1 words.tum | line 1 | zero
             score town.mcap -t two_runs.tum => 1 two_runs.tum | 1700000000
             info town.mcap -t zero.tum => 1 zero.tum | line 2 | quaternion

@@ -53,7 +53,7 @@ struct FoundRun {
 }
 
 fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::Result<Exit> {
-    let started = Runs::start(asked)?;
+    let started = Runs::start_some(asked)?;
     let config = asked.config();
     config.check()?;
     let plots = asked.get(&graph::PLOTS);
@@ -63,7 +63,7 @@ fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::Result<Exit
     let opened = OpenedRuns::open(started, fused, &log, asked, config.threads, common)?;
     let given: Vec<Run> = opened.runs.clone();
     let (opened, vetted) = vetting::with_log(opened, &log, false, &config, common)?;
-    let OpenedRuns { log, damaged, .. } = opened;
+    let OpenedRuns { log, unread, damaged, .. } = opened;
     if let Some(folder) = &plots {
         let progress = Progress::new(common);
         let mut pictures = SavedTogether::default();
@@ -88,7 +88,7 @@ fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::Result<Exit
                 conventions: found.report(false, &option_of),
             })
             .collect(),
-        messages: vetted.messages_with(&option_of),
+        messages: unread.into_iter().map(|run| run.reason).chain(vetted.messages_with(&option_of)).collect(),
     };
     if asked.has(&output::JSON) {
         say::json(out, &found)?;

@@ -40,7 +40,7 @@ pub(crate) static SPEC: Spec = Spec {
 };
 
 fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::Result<Exit> {
-    let started = Runs::start(asked)?;
+    let started = Runs::start_some(asked)?;
     let constraints = asked.get(&graph::CONSTRAINTS);
     if constraints.is_some() && started.names().len() > 1 {
         let runs = started.names().len();
@@ -53,7 +53,7 @@ fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::Result<Exit
     let fused = std::iter::repeat(MapSource::Fused);
     let opened = OpenedRuns::open(started, fused, &log, asked, config.threads, common)?;
     let (opened, vetted) = vetting::checked(opened, &log, asked, &config, common)?;
-    let OpenedRuns { log, runs, damaged } = opened;
+    let OpenedRuns { log, runs, damaged, .. } = opened;
     let watch = Progress::new(common);
     let report = measure_drift(log.as_ref(), &runs, &config, &watch)?;
     drop(watch);

@@ -143,7 +143,7 @@ pub(super) fn body_from_sensor(
     if !common.quiet {
         announce::found(&common.host, head, &runs);
     }
-    let found = extrinsic::of_runs(asked, &runs, head)?;
+    let found = extrinsic::of_runs(asked, &runs, &[], head)?;
     if !common.quiet {
         announce::extrinsics(&common.host, &runs, &found);
     }

@@ -59,7 +59,7 @@ fn from_log(
 ) -> anyhow::Result<(Store, bool)> {
     let started = Runs::start(asked)?;
     let opened = OpenedRuns::open(started, [MapSource::Fused], log, asked, config.threads, common)?;
-    let OpenedRuns { log, runs, damaged } = opened;
+    let OpenedRuns { log, runs, damaged, .. } = opened;
     let beside = Beside::new(output)?;
     let config = Config { save_maps: Some(beside.folder.clone()), ..config };
     let progress = Progress::new(common);

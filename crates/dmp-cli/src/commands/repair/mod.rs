@@ -54,7 +54,7 @@ fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::Result<Exit
     let log = LogInput::of(asked)?;
     let opened = OpenedRuns::open(started, [MapSource::Fused], &log, asked, config.threads, common)?;
     let (opened, _) = vetting::checked(opened, &log, asked, &config, common)?;
-    let OpenedRuns { log, runs, damaged } = opened;
+    let OpenedRuns { log, runs, damaged, .. } = opened;
     let scales = config.scales_on(log.summary());
     let Some(run) = runs.first() else { anyhow::bail!("there is no run to repair") };
 

@@ -86,7 +86,7 @@ pub(crate) fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::
     }
     let log = LogInput::of(asked)?;
     // What is short comes first, so that a mistake in it is reported before a long log is read.
-    let started = Runs::start(asked)?;
+    let started = Runs::start_some(asked)?;
     let maps = maps_of(&started.names(), &asked.all(&input::MAPS))?;
     let outputs = Outputs::of(asked, &started.names(), &inputs(asked, &log))?;
     let gate_args = GateArgs::from_arg_matches(asked.matches())?;
@@ -98,15 +98,13 @@ pub(crate) fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::
         let opened = OpenedRuns::open(started, maps, &log, asked, config.threads, common)?;
         check_memory(opened.log.as_ref(), &opened.runs, &config)?;
         let (opened, vetted) = vetting::checked(opened, &log, asked, &config, common)?;
-        let OpenedRuns { log, runs, damaged } = opened;
+        let OpenedRuns { log, runs, unread, damaged } = opened;
         let (settings, means) = config.on(log.summary())?;
-        let outputs = match &vetted {
-            Some(vetted) => outputs.of_runs(&vetted.is_kept()),
-            None => outputs,
-        };
+        let is_kept = vetted.as_ref().map_or_else(|| vec![true; runs.len()], |vetted| vetted.is_kept());
+        let outputs = outputs.of_runs(&is_kept);
         let recorder = Recorder::new(outputs, log.as_ref(), &runs, (&settings, &means), common)?;
         let evaluated = evaluate(log.as_ref(), &runs, &config, (&recorder, &recorder));
-        let evaluated = evaluated.map(|report| vetting::reported(report, vetted.as_ref()));
+        let evaluated = evaluated.map(|report| vetting::reported(report, vetted.as_ref(), &unread));
         let (report, recorded) = recorder.end(evaluated)?;
         (report, damaged, Some(recorded))
     };

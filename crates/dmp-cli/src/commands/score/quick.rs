@@ -15,7 +15,7 @@ pub(super) fn score(
     common: &Common,
 ) -> anyhow::Result<Option<(Report, bool)>> {
     let config = Config { checkpoint_every: None, ..config.clone() };
-    let started = Runs::start(asked)?;
+    let started = Runs::start_some(asked)?;
     let opened = OpenedRuns::outline_if(started, log, asked, common, |log| {
         let scans = log.scans().len();
         let is_enough = !quick_steps(scans).is_empty();
@@ -30,9 +30,9 @@ pub(super) fn score(
     })?;
     let Some(opened) = opened else { return Ok(None) };
     let (opened, vetted) = vetting::checked_outline(opened, log, asked, &config, common)?;
-    let OpenedRuns { log, runs, damaged } = opened;
+    let OpenedRuns { log, runs, unread, damaged } = opened;
     let report = evaluate_quick(&log, &runs, &config, &Progress::new(common))?;
-    let report = vetting::reported(report, vetted.as_ref());
+    let report = vetting::reported(report, vetted.as_ref(), &unread);
     // What is lost shows where it is read.
     let damaged = damaged || !report.inputs.damage.is_empty();
     Ok(Some((report, damaged)))

@@ -4,13 +4,13 @@ use std::io::Write;
 use std::path::Path;
 
 use anyhow::bail;
-use dmp::{Config, MapSource, VetSummary};
+use dmp::{Config, MapSource};
 use dmp_draw::text::counted;
 use dmp_shard::{Machine, ShardPlan};
 
 use super::document::{self, in_words};
 use crate::commands::score;
-use crate::console::{Common, Exit, Progress, Usage, option_of, when_printed};
+use crate::console::{Common, Exit, Progress, Usage, when_printed};
 use crate::files::OutputsFolder;
 use crate::inputs::{LogInput, OpenedRuns, Runs, vetting};
 use crate::named::maps_of;
@@ -59,14 +59,14 @@ fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::Result<Exit
     }
     let config = score::config(asked)?;
     let folder = asked.need(&tools::PLAN_FOLDER)?;
-    let started = Runs::start(asked)?;
+    let started = Runs::start_some(asked)?;
     let maps: Vec<MapSource> = maps_of(&started.names(), &asked.all(&input::MAPS))?;
     let _taken = OutputsFolder::take(&folder)?;
     let log = LogInput::of(asked)?;
     let opened = OpenedRuns::open(started, maps, &log, asked, config.threads, common)?;
     let (opened, vetted) = vetting::checked(opened, &log, asked, &config, common)?;
-    let OpenedRuns { log, runs, damaged } = opened;
-    let said = vetted.as_ref().map_or_else(VetSummary::default, |vetted| vetted.summary(&option_of));
+    let OpenedRuns { log, runs, unread, damaged } = opened;
+    let said = vetting::summary(vetted.as_ref(), &unread);
     let machine = Machine { cores: asked.get(&tools::CORES).unwrap_or(8) as usize };
     let watch = Progress::new(common);
     let config = Config { checkpoint_every: None, resume: false, ..config };

@@ -127,7 +127,7 @@ impl Bench<'_> {
                 Some((trajectory, path)) => align(trajectory, path, &run.trajectory, &run.path)?,
             });
         }
-        let extrinsics = extrinsic::of_runs(asked, &loaded, LogHead::of_log(log.as_ref()))?;
+        let extrinsics = extrinsic::of_runs(asked, &loaded, &[], LogHead::of_log(log.as_ref()))?;
         if !common.quiet {
             announce::extrinsics(&common.host, &loaded, &extrinsics);
         }
