@@ -6,7 +6,7 @@ use dmp::{
 use dmp_log::LogOutline;
 
 use super::log_input::LogInput;
-use super::runs::OpenedRuns;
+use super::opened_runs::OpenedRuns;
 use crate::console::{Common, Progress, option_of, say};
 use crate::options::{Asked, input, output};
 

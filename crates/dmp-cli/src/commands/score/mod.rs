@@ -100,7 +100,7 @@ pub(crate) fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::
         let (opened, vetted) = vetting::checked(opened, &log, asked, &config, common)?;
         let OpenedRuns { log, runs, unread, damaged } = opened;
         let (settings, means) = config.on(log.summary())?;
-        let is_kept = vetted.as_ref().map_or_else(|| vec![true; runs.len()], |vetted| vetted.is_kept());
+        let is_kept = vetted.as_ref().map_or_else(|| vec![true; runs.len()], dmp::Vetted::is_kept);
         let outputs = outputs.of_runs(&is_kept);
         let recorder = Recorder::new(outputs, log.as_ref(), &runs, (&settings, &means), common)?;
         let evaluated = evaluate(log.as_ref(), &runs, &config, (&recorder, &recorder));

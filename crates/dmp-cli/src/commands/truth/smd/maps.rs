@@ -15,7 +15,7 @@ use dmp_truth::trajectory::rigid_alignment;
 
 use crate::console::{Common, Progress, Usage};
 use crate::files::is_missing;
-use crate::inputs::{LogHead, LogInput, RunClock, Runs, announce, extrinsic, runs};
+use crate::inputs::{LogHead, LogInput, RunClock, Runs, announce, extrinsic, to_score};
 use crate::options::{Asked, truth};
 
 /// Every map against the reference.
@@ -134,7 +134,7 @@ impl Bench<'_> {
         let damaged = loaded.iter().any(|run| run.damaged) || !log.summary().damage.is_empty();
         let runs = {
             let clocks = std::iter::repeat(RunClock::default());
-            runs::to_score(loaded, std::iter::repeat(MapSource::Fused), extrinsics, clocks)
+            to_score(loaded, std::iter::repeat(MapSource::Fused), extrinsics, clocks)
         };
         let maps = fuse_maps(log.as_ref(), &runs, config, self.progress)?;
         let mut measured = Vec::new();

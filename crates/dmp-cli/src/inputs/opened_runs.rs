@@ -1,0 +1,135 @@
+//! A log and the runs on it, opened: what is scored.
+
+use dmp::{LeftOutReport, MapSource, Run, RunSource};
+use dmp_log::{LogOutline, ScanLog};
+
+use super::clock::RunClock;
+use super::extrinsic::BodyFromSensor;
+use super::loaded_run::LoadedRun;
+use super::log_input::{LogHead, LogInput};
+use super::runs::Runs;
+use super::{announce, extrinsic};
+use crate::console::{Common, Hosted, one_line, say};
+use crate::options::Asked;
+
+/// A log and the runs on it, as they are scored.
+pub(crate) struct OpenedRuns<L = Box<dyn ScanLog>> {
+    pub(crate) log: L,
+    pub(crate) runs: Vec<Run>,
+    /// Runs without a trajectory that can be read.
+    pub(crate) unread: Vec<LeftOutReport>,
+    /// Whether part of the log or of a run is lost; warnings say what.
+    pub(crate) damaged: bool,
+}
+
+impl OpenedRuns {
+    /// Opens the log, finishes the runs and finds where their sensors sat. Prints what was found.
+    pub(crate) fn open(
+        started: Runs,
+        maps: impl IntoIterator<Item = MapSource>,
+        log: &LogInput,
+        asked: &Asked,
+        threads: usize,
+        common: &Common,
+    ) -> anyhow::Result<Self> {
+        let log = log.open(threads)?;
+        let host = (!common.quiet).then_some(&common.host);
+        let found = Found::of(started, LogHead::of_log(log.as_ref()), asked, host)?;
+        let damaged = found.is_damaged || !log.summary().damage.is_empty();
+        let unread = found.unread.clone();
+        Ok(Self { runs: found.into_runs(maps), unread, log, damaged })
+    }
+}
+
+impl OpenedRuns<LogOutline> {
+    /// The same with no more of the log than its index, where `is_enough`; else nothing is printed.
+    pub(crate) fn outline_if(
+        started: Runs,
+        log: &LogInput,
+        asked: &Asked,
+        common: &Common,
+        is_enough: impl FnOnce(&LogOutline) -> bool,
+    ) -> anyhow::Result<Option<Self>> {
+        let in_log = started.in_log();
+        let log = log.outline()?;
+        if !is_enough(&log) {
+            return Ok(None);
+        }
+        let found = Found::of(started, LogHead::of_outline(&log), asked, None)?;
+        if !common.quiet {
+            if let Some(run) = in_log {
+                say!(
+                    common.host,
+                    "note: the poses of `{run}` are messages of the log, so all of it is read; a trajectory in a file avoids that"
+                );
+            }
+            announce::found(&common.host, LogHead::of_outline(&log), &found.loaded);
+            announce::extrinsics(&common.host, &found.loaded, &found.extrinsics);
+        }
+        let damaged = found.is_damaged || !log.summary().damage.is_empty();
+        let unread = found.unread.clone();
+        Ok(Some(Self { runs: found.into_runs(std::iter::repeat(MapSource::Fused)), unread, log, damaged }))
+    }
+}
+
+/// Runs, and where their sensors sat.
+#[derive(Debug, Clone)]
+struct Found {
+    loaded: Vec<LoadedRun>,
+    extrinsics: Vec<BodyFromSensor>,
+    clocks: Vec<RunClock>,
+    unread: Vec<LeftOutReport>,
+    /// Whether part of a run is lost.
+    is_damaged: bool,
+}
+
+impl Found {
+    /// Finishes the runs; prints what is found to the host, if there is one.
+    fn of(started: Runs, log: LogHead<'_>, asked: &Asked, host: Option<&Hosted>) -> anyhow::Result<Self> {
+        let clocks = RunClock::of_runs(asked, &started.names())?;
+        let unread: Vec<LeftOutReport> = started.unread.iter().map(left_out).collect();
+        let loaded = started.finish(log.summary)?;
+        if let Some(host) = host {
+            announce::found(host, log, &loaded);
+        }
+        let extrinsics = extrinsic::of_runs(asked, &loaded, &unread, log)?;
+        if let Some(host) = host {
+            announce::extrinsics(host, &loaded, &extrinsics);
+        }
+        let is_damaged = !unread.is_empty() || loaded.iter().any(|run| run.damaged);
+        Ok(Self { loaded, extrinsics, clocks, unread, is_damaged })
+    }
+
+    fn into_runs(self, maps: impl IntoIterator<Item = MapSource>) -> Vec<Run> {
+        to_score(self.loaded, maps, self.extrinsics, self.clocks)
+    }
+}
+
+fn left_out((name, problem): &(String, anyhow::Error)) -> LeftOutReport {
+    LeftOutReport { name: name.clone(), reason: format!("run `{name}` is excluded: {}", one_line(problem)) }
+}
+
+/// The runs as they are scored.
+pub(crate) fn to_score(
+    loaded: Vec<LoadedRun>,
+    maps: impl IntoIterator<Item = MapSource>,
+    extrinsics: Vec<BodyFromSensor>,
+    clocks: impl IntoIterator<Item = RunClock>,
+) -> Vec<Run> {
+    let run = |(((run, map), extrinsic), clock): (((LoadedRun, MapSource), BodyFromSensor), RunClock)| Run {
+        source: RunSource {
+            file: Some(run.shown()),
+            format: Some(run.format.to_owned()),
+            body_from_sensor: Some(extrinsic.source),
+            notes: run.notes,
+        },
+        name: run.name,
+        trajectory: run.trajectory,
+        map,
+        body_from_sensor: Some(extrinsic.transform),
+        pose_at: clock.pose_at,
+        time_offset_ns: clock.time_offset_ns,
+        is_carried: run.is_carried,
+    };
+    loaded.into_iter().zip(maps).zip(extrinsics).zip(clocks).map(run).collect()
+}
