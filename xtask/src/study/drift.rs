@@ -81,7 +81,7 @@ struct Row {
     kind: EstimateKind,
     ate_m: f64,
     pairs: usize,
-    /// Pairs where no registration fits.
+    /// Pairs that are lost.
     lost: usize,
     /// Of them those where the run is truly off by less than the bound says.
     beyond: usize,
@@ -192,7 +192,9 @@ impl Judged<'_> {
                 (&visit.off, visit.first_from_second, visit.covariance)
             else {
                 let true_m = of_visit.map_or(f64::NAN, |(_, off)| off.norm());
-                beyond += usize::from(visit.at_least_m.is_some_and(|at_least_m| at_least_m > true_m));
+                beyond += usize::from(
+                    visit.at_least_m.is_some_and(|at_least_m| true_m.is_nan() || at_least_m > true_m),
+                );
                 if arguments.each {
                     println!(
                         "    {} {}: true {true_m:.3}{}, {}",

@@ -143,10 +143,18 @@ impl Expect {
         runs.map(check).collect()
     }
 
-    /// The pair with each other run.
+    /// The pair with each other run; it fails where no other is left.
     fn check_pairs(&self, name: &str, report: &Report, passes: impl Fn(&Verdict) -> bool) -> Vec<GateReport> {
         let others = report.order.iter().filter(|other| *other != name);
-        others.map(|other| self.check_pair(name, other, report, &passes)).collect()
+        let gates: Vec<GateReport> =
+            others.map(|other| self.check_pair(name, other, report, &passes)).collect();
+        match report.left_out.first() {
+            Some(gone) if gates.is_empty() => {
+                let reason = format!("there is no other run to compare with: {}", gone.reason);
+                vec![GateReport { reason, ..self.of_run(name) }]
+            }
+            _ => gates,
+        }
     }
 
     /// The pair of two runs; it fails where they were not compared.

@@ -1,7 +1,7 @@
 //! A log and the runs on it, opened: what is scored.
 
 use dmp::{LeftOutReport, MapSource, Run, RunSource};
-use dmp_log::{LogOutline, ScanLog};
+use dmp_log::{LogError, LogOutline, ScanLog};
 
 use super::clock::RunClock;
 use super::extrinsic::BodyFromSensor;
@@ -85,9 +85,10 @@ struct Found {
 
 impl Found {
     /// Finishes the runs; prints what is found to the host, if there is one.
-    fn of(started: Runs, log: LogHead<'_>, asked: &Asked, host: Option<&Hosted>) -> anyhow::Result<Self> {
+    fn of(mut started: Runs, log: LogHead<'_>, asked: &Asked, host: Option<&Hosted>) -> anyhow::Result<Self> {
         let clocks = RunClock::of_runs(asked, &started.names())?;
-        let unread: Vec<LeftOutReport> = started.unread.iter().map(left_out).collect();
+        let unread = std::mem::take(&mut started.unread);
+        let unread: Vec<LeftOutReport> = unread.into_iter().map(left_out).collect();
         let loaded = started.finish(log.summary)?;
         if let Some(host) = host {
             announce::found(host, log, &loaded);
@@ -105,8 +106,9 @@ impl Found {
     }
 }
 
-fn left_out((name, problem): &(String, anyhow::Error)) -> LeftOutReport {
-    LeftOutReport { name: name.clone(), reason: format!("run `{name}` is excluded: {}", one_line(problem)) }
+fn left_out((name, problem): (String, LogError)) -> LeftOutReport {
+    let reason = format!("run `{name}` is excluded: {}", one_line(&problem.as_shown().into()));
+    LeftOutReport { name, reason }
 }
 
 /// The runs as they are scored.

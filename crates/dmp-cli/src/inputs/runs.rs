@@ -26,7 +26,7 @@ pub(crate) struct Runs {
     /// What carries each between its poses.
     between: Vec<Option<Trajectory>>,
     /// Those whose files hold no trajectory, and why.
-    pub(super) unread: Vec<(String, anyhow::Error)>,
+    pub(super) unread: Vec<(String, LogError)>,
 }
 
 #[derive(Debug)]
@@ -45,6 +45,11 @@ struct Meant {
 }
 
 impl Meant {
+    /// Whether the file shows its format and unit.
+    fn is_open(&self) -> bool {
+        self.format.is_none() && self.unit.is_none()
+    }
+
     fn of_runs(given: &[Named<Poses>], names: &[&str]) -> Result<Vec<Self>, Usage> {
         let formats = of_kind(given, names, |poses| match poses {
             Poses::Format(format) => Some(format),
@@ -111,11 +116,11 @@ impl Runs {
     /// Names the runs and reads those in files.
     pub(crate) fn start(asked: &Asked) -> anyhow::Result<Self> {
         let mut runs = Self::start_some(asked)?;
-        runs.unread.pop().map_or(Ok(()), |(_, problem)| Err(problem))?;
-        Ok(runs)
+        if runs.unread.is_empty() { Ok(runs) } else { Err(runs.unread.swap_remove(0).1.into()) }
     }
 
-    /// The same for runs that are compared: what one system wrote in vain does not keep the others from being scored.
+    /// The same for runs that are compared: a file that holds no trajectory does not stop the others, unless it was said what
+    /// it holds.
     pub(crate) fn start_some(asked: &Asked) -> anyhow::Result<Self> {
         let files = Self::files(asked);
         let is_json = |file: &&NamedFile| file.path.extension().is_some_and(|end| end == "json");
@@ -153,12 +158,16 @@ impl Runs {
                     runs.meant.push(meant);
                     runs.between.push(between);
                 }
-                Err(problem) if is_malformed(&problem) => runs.unread.push((name, problem)),
-                Err(problem) => return Err(problem),
+                Err(problem) => match problem.downcast()? {
+                    problem @ LogError::Malformed { .. } if meant.is_open() => {
+                        runs.unread.push((name, problem))
+                    }
+                    problem => return Err(problem.into()),
+                },
             }
         }
         if runs.named.is_empty() && !runs.unread.is_empty() {
-            return Err(runs.unread.swap_remove(0).1);
+            return Err(runs.unread.swap_remove(0).1.into());
         }
         Ok(runs)
     }
@@ -201,11 +210,6 @@ impl Runs {
         };
         self.named.into_iter().zip(self.meant).zip(self.between).map(finish).collect()
     }
-}
-
-/// Whether the contents of a file are at fault, and not how it was named.
-fn is_malformed(problem: &anyhow::Error) -> bool {
-    matches!(problem.downcast_ref::<LogError>(), Some(LogError::Malformed { .. }))
 }
 
 /// The bag (`None`: the log) and the topic that `topic:/odom`, `BAG:/odom`, `BAG:/tf:WORLD:BODY` or `BAG`

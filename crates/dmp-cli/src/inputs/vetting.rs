@@ -112,11 +112,12 @@ fn told<L>(
         let (opened, vetted) = vet(opened)?;
         (opened, Some(vetted))
     };
-    let has_report = asked.spec().name == "score" && !asked.has(&output::JSON);
-    if !common.quiet && !has_report {
-        let unread = opened.unread.iter().map(|run| run.reason.clone());
-        let of_vetted = vetted.iter().flat_map(|vetted| vetted.messages_with(&option_of));
-        unread.chain(of_vetted).for_each(|message| say!(common.host, "note: {message}"));
+    if asked.spec().name != "score" || asked.has(&output::JSON) {
+        let summary = summary(vetted.as_ref(), &opened.unread);
+        // That a run is missing is no note.
+        let told =
+            summary.messages().iter().filter(|message| !common.quiet || summary.leaves_out_by(message));
+        told.for_each(|message| say!(common.host, "note: {message}"));
     }
     Ok((opened, vetted))
 }

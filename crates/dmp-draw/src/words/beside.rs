@@ -21,7 +21,7 @@ pub struct BesideColumn {
 
 /// Of a run so many visits where it is lost are named.
 const LOST_LISTED: usize = 2;
-/// Begins the cell of a run of which visits fit nowhere near.
+/// Begins the cell of a run of which visits do not fit.
 const LOST: &str = "lost";
 
 /// The columns that there are numbers for.

@@ -114,8 +114,8 @@ pub fn pairs_in_words(report: &DriftReport) -> String {
     format!("{up_to}{pairs} of visits to the same places, {} m travelled", digits(run.travel_m))
 }
 
-/// `kiss 59 cm (0.4 % of the path), mostly sideways`, and at how many visits, unless at all. Where no alignment fits, that
-/// comes first: `kiss lost at 4 of 14 visits (surfaces do not fit there), at least 28.0 cm`.
+/// `kiss 59 cm (0.4 % of the path), mostly sideways`, and at how many visits, unless at all. Where it is lost, that comes
+/// first: `kiss lost at 4 of 14 visits (surfaces do not fit there), median at least 28.0 cm`.
 fn run_in_words(run: &RunDrift, floor_m: f64) -> String {
     let name = &run.name;
     if let (1.., Some(median_m)) = (run.pairs_lost, run.median_m.value) {

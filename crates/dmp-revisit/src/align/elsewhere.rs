@@ -1,21 +1,30 @@
 //! Evidence against a claim where nothing fits.
 
-use dmp_sensor::Isometry3;
+use dmp_sensor::{Isometry3, Vector3};
+use nalgebra::Point3;
 
 use crate::align::pyramid::Pyramid;
 use crate::align::refusal::LEAST_OVERLAP;
 use crate::align::side::{Found, Side};
-use crate::align::starts::{APART, between};
+use crate::align::starts::APART;
 
 /// Of the surfels of a visit that sees all round, each eighth of a circle has this share.
 const LEAST_IN_EIGHTH: f64 = 0.01;
 
 impl Side<'_> {
-    /// How far from the claim surfaces match `best`, metres; `None` where that says nothing against the claim: they match best
-    /// there, or fit there from this side, or what has no counterpart there may have been out of view.
-    pub(crate) fn elsewhere_m(&self, best: &Found, claimed: &Isometry3<f64>) -> Option<f64> {
-        let voxel_m = self.target.voxel_m;
-        let (apart_m, _) = between(claimed, &best.pose, &best.middle_m());
+    /// How far from the claim surfaces match `best`, metres, but along directions that they do not hold; `None` where that says
+    /// nothing against the claim: they match best there, or fit there from this side, or what has no counterpart there may have
+    /// been out of view.
+    pub(crate) fn elsewhere_m(
+        &self,
+        best: &Found,
+        claimed: &Isometry3<f64>,
+        unheld: &[Vector3<f64>],
+    ) -> Option<f64> {
+        let (voxel_m, middle_m) = (self.target.voxel_m, Point3::from(best.middle_m()));
+        let shift_m = best.pose * (claimed.inverse() * middle_m) - middle_m;
+        let apart_m =
+            unheld.iter().fold(shift_m, |shift_m, along| shift_m - along * along.dot(&shift_m)).norm();
         let sees_enough = self.target.sees_all_round() && self.source.sees_all_round();
         if !sees_enough || apart_m <= APART * voxel_m {
             return None;
@@ -27,7 +36,8 @@ impl Side<'_> {
 }
 
 impl Pyramid {
-    /// Whether there are surfaces all round the place, about some axis and within 45° of square to it: of a camera there are not.
+    /// Whether there are surfaces all round the place, about some axis and within 45° of square to it: mostly not of a camera, nor
+    /// of a LiDAR with a narrow view.
     fn sees_all_round(&self) -> bool {
         let surfels = &self.levels[0].surfels;
         let least = (LEAST_IN_EIGHTH * surfels.len() as f64).max(1.0);

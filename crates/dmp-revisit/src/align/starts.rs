@@ -154,7 +154,7 @@ impl Side<'_> {
 }
 
 /// Distance of the middle at two poses, and the angle between them: the chord, which needs no sine.
-pub(crate) fn between(a: &Isometry3<f64>, b: &Isometry3<f64>, middle_m: &Vector3<f64>) -> (f64, f64) {
+fn between(a: &Isometry3<f64>, b: &Isometry3<f64>, middle_m: &Vector3<f64>) -> (f64, f64) {
     let between = b * a.inverse();
     let shift_m = between.rotation * middle_m + between.translation.vector - middle_m;
     (shift_m.norm(), 2.0 * between.rotation.quaternion().imag().norm())

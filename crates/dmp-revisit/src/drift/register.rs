@@ -7,7 +7,7 @@ use crate::align::{Alignment, Pyramid, Refusal, align};
 /// Step between starts around a run's claim, metres of a drive. A run may be off by more than a registration
 /// converges from, and a repetitive street shows only if a start leads to the next similar house.
 const STEP_M: f64 = 3.0;
-/// A match that does not fit lies up to 28 % further from the claim than the visit truly is.
+/// A match that does not fit may lie somewhat further from the claim than the visit truly is.
 const SURE: f64 = 0.75;
 /// Starts nearer than this count as one.
 const SAME_START_M: f64 = 1.0;

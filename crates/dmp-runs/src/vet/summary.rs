@@ -25,6 +25,16 @@ impl VetSummary {
         self.left_out.iter().map(|run| run.name.as_str())
     }
 
+    /// All findings, a sentence each.
+    pub fn messages(&self) -> &[String] {
+        &self.messages
+    }
+
+    /// Whether a run was excluded for what a finding says.
+    pub fn leaves_out_by(&self, message: &str) -> bool {
+        self.left_out.iter().any(|run| run.reason == message)
+    }
+
     /// Excludes more runs: those of which there is no trajectory.
     pub fn leave_out(&mut self, runs: &[LeftOutReport]) {
         self.messages.splice(0..0, runs.iter().map(|run| run.reason.clone()));

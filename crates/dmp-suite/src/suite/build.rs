@@ -100,13 +100,13 @@ fn warnings(versions: &[String], logs: &[SuiteLog], failures: Failures) -> Vec<S
         let why = |log: &SuiteLog| log.all_missing().into_iter().find(|run| run.version == *version);
         let scored = logs.iter().filter(|log| log.report.is_ok());
         let without: Vec<_> = scored.filter_map(|log| Some((log.name.as_str(), why(log)?.reason))).collect();
-        if let [(_, first), ..] = without.as_slice() {
+        if let [(log, reason), ..] = without.as_slice() {
             let what = match failures {
                 Failures::Worse => "it counts as worse there than any that does not",
                 Failures::Skip => "these are not counted",
             };
             warnings.push(format!(
-                "{version} fails on {} of {} logs ({}): {what}; first: {first}",
+                "{version} fails on {} of {} logs ({}): {what}; on {log}: {reason}",
                 without.len(),
                 logs.len(),
                 without.iter().map(|(log, _)| *log).collect::<Vec<_>>().join(", ")

@@ -19,10 +19,8 @@ impl SuiteLog {
     /// Every version that is not compared on this log, including those that the report excludes.
     pub(super) fn all_missing(&self) -> Vec<MissingReport> {
         let left_out = self.report.iter().flat_map(|report| &report.left_out);
-        let left_out = left_out.map(|run| MissingReport {
-            version: run.name.clone(),
-            reason: format!("excluded: {}", run.reason),
-        });
+        let left_out =
+            left_out.map(|run| MissingReport { version: run.name.clone(), reason: run.reason.clone() });
         self.missing.iter().cloned().chain(left_out).collect()
     }
 }

@@ -96,7 +96,7 @@ fn what_is_not_compared_is_reported() {
     left_out.runs.retain(|run| run.name != "new");
     left_out.order.retain(|name| name != "new");
     left_out.left_out =
-        vec![LeftOutReport { name: "new".into(), reason: "it belongs to another log".into() }];
+        vec![LeftOutReport { name: "new".into(), reason: "run `new` is excluded: it has no pose".into() }];
     logs.push(log("odd", left_out));
     let found = suite_report(&versions(), &logs, Confidence::P99, Failures::Skip);
     assert_eq!((found.pairs[0].outcome, found.pairs[0].compared), (Outcome::TooFewLogs, 3));
@@ -106,10 +106,10 @@ fn what_is_not_compared_is_reported() {
     );
     let expected = [
         "lost was not scored: no such file",
-        "new fails on 1 of 5 logs (odd): these are not counted; first: excluded: it belongs to another log",
+        "new fails on 1 of 5 logs (odd): these are not counted; on odd: run `new` is excluded: it has no pose",
     ];
     assert_eq!(found.warnings, expected);
-    assert_eq!(found.log("odd").unwrap().missing[0].reason, "excluded: it belongs to another log");
+    assert_eq!(found.log("odd").unwrap().missing[0].reason, "run `new` is excluded: it has no pose");
     assert_eq!(found.worst_first.len(), 4);
     // Who fails, loses.
     let found = suite_report(&versions(), &logs, Confidence::P99, Failures::Worse);

@@ -96,7 +96,7 @@ fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::Result<Exit
         for run in &found.runs {
             numbers::table(out, &run.name, &run.conventions)?;
         }
-        if found.messages.is_empty() {
+        if vetted.messages_with(&option_of).is_empty() {
             writeln!(out, "No error of clock, mounting or pose format is detected.")?;
         }
         found.messages.iter().try_for_each(|message| tell!(out, "{message}"))?;
