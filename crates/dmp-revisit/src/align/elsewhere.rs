@@ -12,19 +12,18 @@ use crate::align::starts::APART;
 const LEAST_IN_EIGHTH: f64 = 0.01;
 
 impl Side<'_> {
-    /// How far from the claim surfaces match `best`, metres, but along directions that they do not hold; `None` where that says
-    /// nothing against the claim: they match best there, or fit there from this side, or what has no counterpart there may have
-    /// been out of view.
+    /// How far from the claim surfaces match `best`, metres, across the direction that they hold least: along it noise lets them
+    /// slide, as along a tunnel. `None` where that says nothing against the claim: they match best there, or fit there from this
+    /// side, or what has no counterpart there may have been out of view.
     pub(crate) fn elsewhere_m(
         &self,
         best: &Found,
         claimed: &Isometry3<f64>,
-        unheld: &[Vector3<f64>],
+        least_held: &Vector3<f64>,
     ) -> Option<f64> {
         let (voxel_m, middle_m) = (self.target.voxel_m, Point3::from(best.middle_m()));
         let shift_m = best.pose * (claimed.inverse() * middle_m) - middle_m;
-        let apart_m =
-            unheld.iter().fold(shift_m, |shift_m, along| shift_m - along * along.dot(&shift_m)).norm();
+        let apart_m = (shift_m - least_held * least_held.dot(&shift_m)).norm();
         let sees_enough = self.target.sees_all_round() && self.source.sees_all_round();
         if !sees_enough || apart_m <= APART * voxel_m {
             return None;

@@ -82,12 +82,12 @@ pub fn align(target: &Pyramid, source: &Pyramid, guesses: &[Isometry3<f64>]) -> 
     let shift = along.iter().fold(shift, |shift, along| shift - along * along.dot(&shift));
     let (apart_m, turned_rad) = (2.0 * shift.norm(), 2.0 * turn.norm());
     if apart_m > MOST_APART * target.voxel_m || turned_rad > MOST_TURNED_RAD {
-        let elsewhere_m = forward.elsewhere_m(&there, &guesses[0], along);
+        let elsewhere_m = forward.elsewhere_m(&there, &guesses[0], &least_held);
         return Err(Refusal::NotTheSameBackward { apart_m, turned_rad, elsewhere_m });
     }
     let off_m = there.off_m.max(back.off_m);
     if !there.is_alike(off_m, target.voxel_m) {
-        let elsewhere_m = forward.elsewhere_m(&there, &guesses[0], along);
+        let elsewhere_m = forward.elsewhere_m(&there, &guesses[0], &least_held);
         return Err(Refusal::NotAlike { off_m, thick_m: there.thick_m, elsewhere_m });
     }
     // The shift of the middle, as a translation after the turn.

@@ -88,7 +88,7 @@ fn texts_without_end(town: &Town) {
         ("blank.tum", "blank lines and comments"),
     ] {
         for command in [
-            format!("score town.mcap -t truth.tum -t {run}"),
+            format!("score town.mcap -t {run}"),
             format!("info town.mcap -t {run}"),
             format!("convert trajectory {run} --to tum -o new.tum"),
             format!("loops {run} --candidates {run}"),
