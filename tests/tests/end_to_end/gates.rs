@@ -52,6 +52,23 @@ fn every_failed_gate_is_a_line_and_the_exit_code_is_4() {
 }
 
 #[test]
+fn a_gate_without_another_run_that_can_be_read_fails() {
+    let folder = tempfile::tempdir().unwrap();
+    write(folder.path(), "nan.tum", "1700000000 nan 0 0 0 0 0 1\n");
+    let with =
+        |others: &str| format!("{SCORE} -t @/drift.tum -t nan.tum {others} --quiet --expect unbeaten:drift");
+    let stderr = text(&ends(folder.path(), &with(""), 4).stderr);
+    has(
+        &stderr,
+        &[
+            "gate failed: drift: there is no other run to compare with: run `nan` is excluded: nan.tum: line 1",
+        ],
+    );
+    let stderr = text(&ends(folder.path(), &with("-t @/truth.tum"), 4).stderr);
+    has(&stderr, &["gate failed: drift: worse than truth"]);
+}
+
+#[test]
 fn the_json_has_every_gate() {
     let folder = tempfile::tempdir().unwrap();
     let output = gated(folder.path(), "--json --expect R_cv<3 --expect unbeaten:truth");

@@ -215,13 +215,18 @@ fn a_log_that_fails_and_a_missing_run_are_reported_and_the_rest_stays() {
         fs::copy(sample("truth.tum"), path.join(format!("runs/{version}/broken.tum"))).unwrap();
     }
     fs::remove_file(path.join("runs/bad/c.tum")).unwrap();
+    write(path, "runs/bad/b.tum", "what an odometry wrote that failed\n");
     let report = json_of(&ends(path, "suite s.toml --json", 3));
     let logs = report["logs"].as_array().unwrap();
     has(logs[0]["problem"].as_str().unwrap(), &["broken.mcap: "]);
     assert_eq!(logs[3]["missing"][0]["reason"], "no such file: runs/bad/c.tum");
+    has(logs[2]["missing"][0]["reason"].as_str().unwrap(), &["run `bad` is excluded: b.tum: line 1: "]);
     let pair = &report["pairs"][0];
     assert_eq!((&pair["compared"], &pair["outcome"]), (&3.into(), &"too_few_logs".into()));
-    assert_eq!(pair["failures"], serde_json::json!([{ "log": "c", "version": "bad" }]));
+    assert_eq!(
+        pair["failures"],
+        serde_json::json!([{ "log": "b", "version": "bad" }, { "log": "c", "version": "bad" }])
+    );
     // The broken log is tried again, and nothing else.
     assert_eq!(scored(&dmp(path, "suite s.toml")), 1);
 }

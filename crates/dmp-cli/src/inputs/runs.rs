@@ -160,7 +160,7 @@ impl Runs {
                 }
                 Err(problem) => match problem.downcast()? {
                     problem @ LogError::Malformed { .. } if meant.is_open() => {
-                        runs.unread.push((name, problem))
+                        runs.unread.push((name, problem));
                     }
                     problem => return Err(problem.into()),
                 },

@@ -1,5 +1,6 @@
 //! What speaks against a claim, and what does not.
 
+use super::bare::corridor;
 use super::visits::{moved, pyramid, turned, visits};
 use crate::align::{Refusal, align};
 
@@ -61,5 +62,15 @@ fn nothing_speaks_against_a_claim_where_only_a_part_is_in_view() {
             let why = refusal(first, second);
             assert_eq!(why.and_then(|why| why.elsewhere_m()), None, "{why:?}");
         }
+    }
+}
+
+#[test]
+fn a_corridor_along_which_a_bent_visit_slides_is_not_elsewhere() {
+    for along_m in [2.0, 3.0, 5.0] {
+        let second = bent(&moved(&turned(0.0, [along_m, 0.0, 0.0]), &corridor(0.051)));
+        let why = refusal(&corridor(0.013), &second);
+        println!("{along_m}: {why:?}");
+        assert_eq!(why.and_then(|why| why.elsewhere_m()), None, "{why:?}");
     }
 }
