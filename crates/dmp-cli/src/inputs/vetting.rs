@@ -112,11 +112,12 @@ fn told<L>(
         let (opened, vetted) = vet(opened)?;
         (opened, Some(vetted))
     };
-    if asked.spec().name != "score" || asked.has(&output::JSON) {
+    let is_score = asked.spec().name == "score";
+    if !is_score || asked.has(&output::JSON) {
         let summary = summary(vetted.as_ref(), &opened.unread);
-        // That a run is missing is no note.
-        let told =
-            summary.messages().iter().filter(|message| !common.quiet || summary.leaves_out_by(message));
+        // Other results do not say that a run is missing.
+        let is_told = |message: &&String| !common.quiet || !is_score && summary.leaves_out_by(message);
+        let told = summary.messages().iter().filter(is_told);
         told.for_each(|message| say!(common.host, "note: {message}"));
     }
     Ok((opened, vetted))
