@@ -99,7 +99,7 @@ def scores(folder: Path, room: Path, other_runs: dict[str, Path]) -> list[Any]:
         score(*a, *b, *given),
         score(*a, *b, log=scans),
         score(*a, *b, "--segment", "2s", "--every", 2),
-        score(*a, *b, "--segment", "5scans", "--ego", "none", "--trust"),
+        score(*a, *b, "--segment", "3scans", "--drift", "--ego", "none", "--trust"),
         score(*a, *b, "--extrinsic", "truth=0,0,0.1,0,0,0,1", "--pose-at", "end"),
         score(*a, "-t", other_runs["elsewhere"], codes=(3,)),
         score("-t", other_runs["late"], "--mend"),
