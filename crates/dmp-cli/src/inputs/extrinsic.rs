@@ -35,7 +35,8 @@ impl BodyFromSensor {
     }
 }
 
-/// Each run's extrinsic (of those unread only the names are known): the one given for it by name, else the one given for all, else found by looking.
+/// Each run's extrinsic: the one given for it by name, else the one given for all, else found by looking. Of those unread only the
+/// names are known.
 pub(crate) fn of_runs(
     asked: &Asked,
     runs: &[LoadedRun],

@@ -6,8 +6,8 @@ use thiserror::Error;
 pub(crate) const LEAST_OVERLAP: f64 = 0.20;
 
 impl Refusal {
-    /// How far from the first guess the surfaces match best, metres, where they neither fit there nor at the guess, and both
-    /// visits see all round: evidence that the guess is wrong, not a want of surfaces.
+    /// How far from the first guess the surfaces match best, metres, across the direction that they hold least, where they neither
+    /// fit there nor at the guess, and both visits see all round: evidence that the guess is wrong, not a want of surfaces.
     pub fn elsewhere_m(&self) -> Option<f64> {
         match self {
             Self::NotTheSameBackward { elsewhere_m, .. } | Self::NotAlike { elsewhere_m, .. } => *elsewhere_m,

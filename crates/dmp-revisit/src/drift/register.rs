@@ -64,3 +64,17 @@ fn distinct<'a>(starts: impl Iterator<Item = &'a Isometry3<f64>>, metre_m: f64) 
     }
     distinct
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_bound_is_a_part_of_the_distance_to_the_best_match_and_within_the_search() {
+        for (elsewhere_m, expected_m) in [(None, None), (Some(4.0), Some(3.0)), (Some(20.0), Some(6.0))] {
+            let why_not = Refusal::NotAlike { off_m: 0.1, thick_m: 0.01, elsewhere_m };
+            assert_eq!(at_least_m(&why_not, searched_m(2)), expected_m);
+        }
+        assert_eq!(at_least_m(&Refusal::LittleOverlap { share: 0.1 }, searched_m(2)), None);
+    }
+}

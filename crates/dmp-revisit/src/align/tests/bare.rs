@@ -11,7 +11,7 @@ fn steps(count: i32, step_m: f64, phase_m: f64) -> impl Iterator<Item = f64> + C
 
 /// Points of a floor and two walls along x, with nothing that holds x, nor the corners, where surfels lie askew by how a voxel
 /// halves them.
-pub(super) fn corridor(phase_m: f64) -> Vec<[f64; 3]> {
+fn corridor(phase_m: f64) -> Vec<[f64; 3]> {
     let along = steps(400, 0.1, phase_m).map(|x| x - 20.0);
     let floor = along.clone().flat_map(|x| steps(30, 0.1, phase_m).map(move |y| [x, y - 1.5, 0.01]));
     let walls = along.flat_map(|x| steps(30, 0.1, phase_m).map(move |z| [x, z + 0.6]));
