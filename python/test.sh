@@ -24,7 +24,7 @@ if [ "${1:-}" = --smoke ]; then
     shift
     profile=dev built=debug
     tests=()
-    for name in docs memory race residuals scans schema suite; do tests+=("$here/tests/test_$name.py"); done
+    for name in docs memory race race_imu residuals scans schema suite; do tests+=("$here/tests/test_$name.py"); done
 else
     needed+=(pandas polars pyarrow matplotlib rerun-sdk mcap-ros2-support nbclient ipykernel kiss-icp rosbags asteval
         dask distributed s3fs 'moto[server]' kubernetes-validate pyyaml)

@@ -23,7 +23,7 @@ from ._residuals import Residuals, residuals
 from ._result import Result
 from ._score import score
 from ._suite import SuiteResult, suite
-from ._sweep import Scan
+from ._sweep import Imu, Scan
 from .errors import Cancelled, Error, InputError, UsageError
 
 if TYPE_CHECKING:
@@ -34,6 +34,7 @@ __all__ = [
     "Cancelled",
     "Error",
     "Hits",
+    "Imu",
     "InputError",
     "Map",
     "Poses",

@@ -30,6 +30,8 @@ def main() -> int:
             repeats=given.repeats,
             minutes=given.minutes,
             memory=given.memory,
+            imu=given.imu,
+            imu_from_lidar=given.imu_from_lidar,
             repair=given.repair,
             score={key.replace("-", "_"): value for key, value in (_pair(text) for text in given.score)},
             out=given.out,
@@ -59,6 +61,8 @@ def _parser() -> argparse.ArgumentParser:
     add("--repeats", type=int, default=1, metavar="N", help="run each so many times")
     add("--minutes", type=float, metavar="M", help="time limit of a run (60), or with --tune of the choosing (20)")
     add("--memory", metavar="SIZE", help="memory limit of a run, '4 GB' (three quarters of what is available)")
+    add("--imu", metavar="TOPIC", help="for systems that need an IMU: its topic in the log, or a .csv: stamp in ns, gyro in rad/s, acceleration in m/s²")
+    add("--imu-from-lidar", metavar="X,Y,Z,QX,QY,QZ,QW", help="where the LiDAR is in the IMU's frame, metres (the same frame)")
     add("--repair", action="store_true", help="close the loops of the best run")
     add("--score", action="append", default=[], metavar="OPTION=VALUE", help="an option of dmp score, 'voxel=20 cm'")
     add("-o", "--out", default="race", metavar="FOLDER", help="new folder for trajectories, race.json and page.html (race)")

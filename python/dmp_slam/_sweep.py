@@ -14,6 +14,24 @@ NS = 1_000_000_000
 PERIOD_NS = NS // 10
 
 
+class Imu(NamedTuple):
+    """What an IMU measured, in its own frame."""
+
+    #: N instants, nanoseconds.
+    stamps_ns: npt.NDArray[np.int64]
+    #: N × 3, rad/s.
+    gyro_rad_s: npt.NDArray[np.float64]
+    #: N × 3, m/s²; at rest 9.8 upwards.
+    accel_m_s2: npt.NDArray[np.float64]
+    #: The pose of the LiDAR in this frame, 4 × 4, metres.
+    imu_from_lidar: npt.NDArray[np.float64]
+
+    def between(self, after: int, until: int) -> Imu:
+        """A part, by the number of its measurements."""
+        part = slice(after, until)
+        return Imu(self.stamps_ns[part], self.gyro_rad_s[part], self.accel_m_s2[part], self.imu_from_lidar)
+
+
 class Scan(NamedTuple):
     """One sweep of the sensor.
 
@@ -28,6 +46,8 @@ class Scan(NamedTuple):
     points: npt.ArrayLike
     times: npt.ArrayLike | None = None
     stamp: float | int | None = None
+    #: For systems of ``race`` that take an IMU: from the end of the scan before to the first measurement after its own end.
+    imu: Imu | None = None
 
 
 def came_back(points: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:

@@ -29,10 +29,14 @@ DRIVES = [
     {"seed": 29, "route": "one-way", "beams": 32},
     {"seed": 30, "route": "loop", "speed": 9},
 ]
-SENSOR = {"scans": 250, "rate": 5, "azimuth_steps": 360, "truth_rate": 100}
-SYSTEMS = ["kiss", "genz", "ct", "mad", "loam", "form"]
+SENSOR = {"scans": 250, "rate": 5, "azimuth_steps": 360, "truth_rate": 200}
+SYSTEMS = ["kiss", "genz", "ct", "mad", "loam", "form", "dlio", "lio-sam", "kiss-slam"]
+WITHOUT_IMU = SYSTEMS[:6]
 SETTINGS = {"kiss": {"deskew": [True, False], "voxel_size": [0.5, 1.0]}}
 SAMPLES = Path(__file__).parents[2] / "data-samples"
+#: Of a good MEMS: noise density, bias and its random walk; rad/s and m/s², per √Hz, and √Hz times them.
+IMU_NOISE = {"gyro": (1e-3, 2e-3, 1e-5), "accel": (1e-2, 2e-2, 1e-4)}
+GRAVITY_M_S2 = 9.80665
 #: Pairs whose errors differ by less are not counted.
 APART = 1.2
 #: Edge of a place, metres; of a place so many sightings are compared, in one scan of so many.
@@ -52,14 +56,46 @@ def name_of(drive: dict[str, Any]) -> str:
     return "-".join(f"{key}-{value}" for key, value in drive.items())
 
 
+def poses(truth: Path) -> tuple[Any, Any, Any]:
+    """Stamps, nanoseconds, places, metres, and rotations of a TUM file."""
+    rows = [line.split() for line in truth.read_text().splitlines() if line[0] != "#"]
+    values = np.array([row[1:] for row in rows], float)
+    x, y, z, w = values[:, 3:].T
+    o = np.zeros_like(x)
+    turned = np.array([[o, -z, y], [z, o, -x], [-y, x, o]]).transpose(2, 0, 1)
+    return np.array([int(row[0].replace(".", "")) for row in rows]), values[:, :3], np.eye(3) + 2 * w[:, None, None] * turned + 2 * turned @ turned
+
+
+def imu(truth: Path, file: Path, seed: int = 0) -> Path:
+    """What an IMU at the sensor measures on the true trajectory, with noise, biases and their random walks, as a file of EuRoC."""
+    stamps, places, rotations = poses(truth)
+    step_s, random, count = (stamps[1] - stamps[0]) / 1e9, np.random.default_rng(seed), len(stamps) - 2
+    # From one pose before to one after; of so small a rotation the skew part is its axis times the sine of its angle.
+    turn = rotations[:-2].transpose(0, 2, 1) @ rotations[2:]
+    sines = np.stack([turn[:, 2, 1] - turn[:, 1, 2], turn[:, 0, 2] - turn[:, 2, 0], turn[:, 1, 0] - turn[:, 0, 1]], 1) / 2
+    accelerations = (places[2:] - 2 * places[1:-1] + places[:-2]) / step_s**2 + [0, 0, GRAVITY_M_S2]
+    measured = []
+    for exact, (noise, bias, walk) in (
+        (sines / (2 * step_s), IMU_NOISE["gyro"]),
+        (np.einsum("nji,nj->ni", rotations[1:-1], accelerations), IMU_NOISE["accel"]),
+    ):
+        white, walked = random.standard_normal((2, count, 3))
+        drifts = bias * random.standard_normal(3) + walk * step_s**0.5 * walked.cumsum(axis=0)
+        measured.append(exact + noise / step_s**0.5 * white + drifts)
+    lines = (f"{stamp},{','.join(map(repr, row))}" for stamp, row in zip(stamps[1:-1], np.hstack(measured).tolist()))
+    file.write_text("#timestamp [ns],gyro x,y,z [rad/s],acceleration x,y,z [m/s^2]\n" + "\n".join(lines) + "\n")
+    return file
+
+
 def raced(drive: dict[str, Any], folder: Path, suffix: str = "", **how: Any) -> tuple[dict[str, Any], dict[str, float]]:
     """The race of a drive, and the RMSE of each run's places against the truth, metres."""
     name = name_of(drive)
     log, truth, out = folder / f"{name}.mcap", folder / f"{name}.truth.tum", folder / (name + suffix)
     if not log.exists():
         dmp.simulate.town(log, truth=truth, **SENSOR, **drive)
+        imu(truth, folder / f"{name}.imu.csv")
     if not (out / "race.json").exists():
-        dmp.race(log, **how, out=out, progress=False)
+        dmp.race(log, **how, imu=folder / f"{name}.imu.csv", out=out, progress=False)
     race = json.loads((out / "race.json").read_text())
     runs = [row["name"] for row in race["runs"] if row["name"] in race["score"]["order"]]
     return race, {run: dmp.truth.ape(truth, out / f"{run}.tum", align=True)["stats"]["rmse"] for run in runs}
@@ -166,14 +202,12 @@ def tuning(folder: Path) -> None:
 
 def replayed(scans: Any, given: Any) -> Any:
     """The true poses with noise and a drift that the seed draws."""
-    truth = (SAMPLES / "truth.tum").read_text().splitlines()
-    rows = {int(line.split()[0].replace(".", "")): np.array(line.split()[1:], float) for line in truth if line[0] != "#"}
+    of_stamp = {stamp: (place, rotation) for stamp, place, rotation in zip(*poses(SAMPLES / "truth.tum"))}
     random, walk_m = np.random.default_rng(given["seed"]), np.zeros(3)
     for scan in scans:
-        at, (x, y, z, w) = rows[scan.stamp][:3], rows[scan.stamp][3:]
-        turned = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+        place, rotation = of_stamp[scan.stamp]
         walk_m += 0.005 * random.standard_normal(3)
-        yield scan.stamp, np.column_stack([np.eye(3) + 2 * w * turned + 2 * turned @ turned, at + walk_m + 0.03 * random.standard_normal(3)])
+        yield scan.stamp, np.column_stack([rotation, place + walk_m + 0.03 * random.standard_normal(3)])
 
 
 def systems() -> dict[str, dmp.System]:
@@ -209,7 +243,7 @@ def board(data: Path, folder: Path) -> None:
             # Logs without stamps are raced at ten scans a second.
             lines = [line.split()[1:] for line in (data / log / came_with).read_text().splitlines() if line[0] != "#"]
             poses.write_text("".join(f"{number / 10:.9f} {' '.join(line)}\n" for number, line in enumerate(lines)))
-            systems = {**{name: name for name in SYSTEMS}, name: f"cp {poses} {{out}}"}
+            systems = {**{name: name for name in WITHOUT_IMU}, name: f"cp {poses} {{out}}"}
             dmp.race(data / log / "scans", systems, settings=SETTINGS | REPEATABLE, out=out, progress=False)
         race = json.loads((out / "race.json").read_text())
         score, rank = race["score"], 1

@@ -34,6 +34,7 @@ class Entry(NamedTuple):
     parameters: dict[str, Any]
     #: Parameters that differ from the defaults.
     changed: dict[str, Any]
+    needs_imu: bool = False
 
     def with_parameters(self, name: str, changed: Mapping[str, Any]) -> Entry:
         """The same system with other parameters."""
@@ -47,9 +48,12 @@ class Entry(NamedTuple):
         return ["/bin/sh", "-c", self.runs.format_map(filled)]
 
 
-def entries(systems: Systems, settings: Mapping[str, Mapping[str, Any]]) -> list[Entry]:
-    """The systems with each combination of their settings."""
-    found = list(_systems(systems, settings))
+def entries(systems: Systems, settings: Mapping[str, Mapping[str, Any]], has_imu: bool = False) -> list[Entry]:
+    """The systems with each combination of their settings; if none are given, those that need no IMU or have one."""
+    found = [entry for entry in _systems(systems, settings) if systems is not None or has_imu or not entry.needs_imu]
+    without = [entry.system for entry in found if entry.needs_imu and not has_imu]
+    if without:
+        raise UsageError(f"{without[0]} needs an IMU: give imu, a topic of the log or a .csv")
     unknown = [name for name in settings if all(entry.system != name for entry in found)]
     if unknown:
         raise UsageError(f"settings of {unknown[0]!r}: it is none of the systems: {', '.join(entry.system for entry in found)}")
@@ -131,7 +135,11 @@ def _of_file(name: str | None, text: str) -> Iterator[Entry]:
     chosen = [one] if one else list(offered)
     for system in chosen:
         called = name if name is not None and len(chosen) == 1 else system
-        yield Entry(called, called, file, system, offered[system]["version"], offered[system]["parameters"], {})
+        yield _entry(called, file, system, offered[system])
+
+
+def _entry(called: str, driver: str, system: str, offered: Mapping[str, Any]) -> Entry:
+    return Entry(called, called, driver, system, offered["version"], offered["parameters"], {}, offered["needs_imu"])
 
 
 def _installed() -> tuple[dict[str, Entry], str]:
@@ -144,7 +152,7 @@ def _installed() -> tuple[dict[str, Entry], str]:
             missing = str(error)
             continue
         for name, one in offered.items():
-            found[name] = Entry(name, name, file.stem, name, one["version"], one["parameters"], {})
+            found[name] = _entry(name, file.stem, name, one)
     return found, missing
 
 

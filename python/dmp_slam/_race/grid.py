@@ -63,8 +63,8 @@ RECORD = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("t", "<u4"), ("row
 
 
 def records(scan: Scan, grid: Grid | None) -> npt.NDArray[np.void]:
-    """The returns of a scan; with a grid each in its cell, and zeros in the others. Times run from 0 to a second, whatever the scan's
-    duration: shares of it, as GenZ-ICP takes them, which others scale likewise.
+    """The returns of a scan; with a grid each in its cell, and zeros in the others. Times begin at 0. Without an IMU they end at a
+    second, whatever the scan's duration: shares of it, as GenZ-ICP takes them, which others scale likewise.
     """
     points = np.asarray(scan.points, np.float32)
     returned = came_back(points)
@@ -74,7 +74,7 @@ def records(scan: Scan, grid: Grid | None) -> npt.NDArray[np.void]:
     cells = np.arange(len(points)) if grid is None else grid.cells(points)
     found["x"][cells], found["y"][cells], found["z"][cells] = points.T
     if len(times) and np.ptp(times) > 0:
-        found["t"][cells] = (times - times.min()) / np.ptp(times) * NS
+        found["t"][cells] = (times - times.min()) / (np.ptp(times) if scan.imu is None else 1) * NS
     if grid is not None:
         found["row"] = np.arange(len(found)) // grid.columns
     return found

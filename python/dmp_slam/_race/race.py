@@ -17,6 +17,7 @@ from .._listener import Event, Listener, Progress
 from .._scans import Log, place
 from ..errors import Error, UsageError
 from .field import Entry, Systems, entries
+from .imu import Pose, read
 from .judge import judged
 from .process import Limits, memory_bytes
 from .result import Race
@@ -37,6 +38,8 @@ def race(
     repeats: int = 1,
     minutes: float | None = None,
     memory: float | str | None = None,
+    imu: StrPath | None = None,
+    imu_from_lidar: Pose = None,
     repair: bool = False,
     score: Mapping[str, Any] | None = None,
     out: StrPath | None = None,
@@ -51,6 +54,10 @@ def race(
     values in lists is a run. ``tune`` names a system whose parameters are varied: with its settings, or each switch and decimal by
     itself; the best on the first 60 % of the log is compared with the default on the rest. ``repeats`` runs each so many times.
 
+    ``imu`` is for systems that need one: a topic of the log with ``sensor_msgs/Imu``, or a ``.csv`` as EuRoC's (``stamp in ns,
+    gyro x, y, z, acceleration x, y, z``; rad/s and m/s², which at rest is 9.8 upwards); a dataset of evalio brings its own.
+    ``imu_from_lidar`` is the pose of the LiDAR in the IMU's frame, 4 × 4 or ``"X,Y,Z,QX,QY,QZ,QW"`` (the same frame).
+
     ``minutes`` limits each run (60), or with ``tune`` the choosing (20), and ``memory`` each run, in bytes or as ``"4 GB"`` (three
     quarters of what is available). A run that fails is a row with the reason, and changes no other's numbers. ``repair`` closes the
     loops of the best run. ``score`` are keywords of ``dmp.score``. Trajectories, outputs of systems, ``race.json`` and the page go
@@ -62,7 +69,8 @@ def race(
     how, given = dict(score or {}), {name: dict(values) for name, values in (settings or {}).items()}
     if repeats < 1:
         raise UsageError(f"repeats is at least 1, not {repeats}")
-    found, tuned, others = _field(systems, given, tune)
+    has_imu = imu is not None or callable(getattr(log, "imu", None))
+    found, tuned, others = _field(systems, given, tune, has_imu)
     limits = Limits(60 * (minutes if minutes is not None and tune is None else _RUN_MINUTES), memory_bytes(memory))
     folder, temporary = _new_folder(out, how)
     reading = {key: how[key] for key in options(("convert", "log")) if key in how and key in options(("score",))}
@@ -70,6 +78,9 @@ def race(
         placed = place(log, work)
         placed.spool(progress, cancel)
         scans = Scans.of(placed.path, work / "scans", progress, cancel, reading)
+        measured = read(imu, log, placed.path, imu_from_lidar, scans.stamps_ns())
+        if measured is not None:
+            scans = scans.with_imu(measured)
         scored = placed.path if scans.are_stamped() else str(scans.log(work / "stamped.mcap"))
         runs = Runs(scored, scans, folder, work / "runs", limits, cancel)
         chosen = None
@@ -86,7 +97,8 @@ def race(
             "schema": "dmp-race/1",
             "dmp_version": __version__,
             "asked": {"systems": _as_json(systems), "settings": given, "tune": tune, "repeats": repeats, "minutes": minutes}
-            | {"memory": memory, "repair": repair, "score": how},
+            | {"memory": memory, "repair": repair, "score": how}
+            | {"imu": None if imu is None else os.fsdecode(imu), "imu_from_lidar": None if measured is None else measured.imu_from_lidar.tolist()},
             "scans": len(scans.stamps_ns()),
             "limits": limits._asdict(),
             "runs": [{**row.as_json(), "same_as": same.get(row.name)} for row in rows],
@@ -108,12 +120,12 @@ def race(
 
 
 def _field(
-    systems: Systems, settings: dict[str, dict[str, Any]], tune: str | None
+    systems: Systems, settings: dict[str, dict[str, Any]], tune: str | None, has_imu: bool
 ) -> tuple[list[Entry], Entry | None, list[Entry]]:
     """The runs, and the default and the candidates of the system that is tuned."""
     if tune is None:
-        return entries(systems, settings), None, []
-    found = entries(systems, {name: values for name, values in settings.items() if name != tune})
+        return entries(systems, settings, has_imu), None, []
+    found = entries(systems, {name: values for name, values in settings.items() if name != tune}, has_imu)
     tuned = next((entry for entry in found if entry.system == tune), None)
     if tuned is None:
         raise UsageError(f"tune={tune!r}: it is none of the systems: {', '.join(entry.system for entry in found)}")

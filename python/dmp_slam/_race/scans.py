@@ -11,7 +11,7 @@ from .. import convert
 from .._listener import Event, Progress
 from .._poses import nanoseconds
 from .._scans import Log, spool
-from .._sweep import NS, PERIOD_NS, Scan, came_back
+from .._sweep import NS, PERIOD_NS, Imu, Scan, came_back
 
 
 class Scans(NamedTuple):
@@ -43,6 +43,23 @@ class Scans(NamedTuple):
     def are_stamped(self) -> bool:
         """Whether the log has stamps."""
         return (self.folder / "times.txt").exists()
+
+    def with_imu(self, imu: Imu) -> Scans:
+        """Adds what an IMU measured."""
+        np.savez(self.folder / "imu.npz", *imu)
+        return self
+
+    def measured(self) -> Iterator[Scan]:
+        """The scans with what the IMU measured, from a second before the first."""
+        with np.load(self.folder / "imu.npz") as kept:
+            imu = Imu(*(kept[name] for name in kept.files))
+        done = None
+        for scan in self:
+            if done is None:
+                done = int(np.searchsorted(imu.stamps_ns, int(scan.stamp or 0) - NS))
+            until = int(np.searchsorted(imu.stamps_ns, instant_ns(scan, "end"), "right")) + 1
+            yield scan._replace(imu=imu.between(done, until))
+            done = max(done, until)
 
     def part(self, first: float, last: float) -> Scans:
         """The scans from one share of the log to another."""

@@ -30,6 +30,8 @@ class System(NamedTuple):
     version: str = ""
     #: Where a pose holds in the scan whose stamp it has: ``start``, ``middle`` or ``end``, or ``stamp`` for the stamp's own instant.
     pose_at: Union[str, Callable[[Mapping[str, Any]], str]] = "stamp"
+    #: Whether it needs what an IMU measured, ``scan.imu``.
+    needs_imu: bool = False
 
     def instant(self, parameters: Mapping[str, Any]) -> str:
         """Where poses hold with these parameters."""

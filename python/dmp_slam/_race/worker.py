@@ -23,7 +23,8 @@ from .system import load
 
 def describe(driver: str) -> dict[str, Any]:
     """The systems of a driver, with versions and parameters."""
-    return {name: {"version": one.version, "parameters": dict(one.parameters)} for name, one in load(driver).items()}
+    offered = load(driver).items()
+    return {name: {"version": one.version, "parameters": dict(one.parameters), "needs_imu": one.needs_imu} for name, one in offered}
 
 
 def checked(found: Iterable[Any]) -> Iterator[tuple[int, Any]]:
@@ -48,7 +49,8 @@ def run(order: dict[str, Any]) -> None:
     instants: dict[int, int] = {}
 
     def scans() -> Iterator[Scan]:
-        for scan in Scans(Path(order["scans"]), order["first"], order["last"]):
+        kept = Scans(Path(order["scans"]), order["first"], order["last"])
+        for scan in kept.measured() if system.needs_imu else kept:
             instants[int(scan.stamp or 0)] = instant_ns(scan, at)
             yield scan
 

@@ -1,60 +1,55 @@
-"""The pipelines of evalio that need no IMU."""
+"""The pipelines of evalio."""
 
 from __future__ import annotations
 
+from collections import deque
 from typing import Any, Iterator, Mapping
 
 import dmp_slam as dmp
-from dmp_slam._race.grid import RECORD, Grid, records
+from dmp_slam._race.evalio_types import IMU, LIDAR, cloud, imu_from_lidar, initialize, measurements
+from dmp_slam._race.scans import instant_ns
 
-#: By name: the class, whether it takes rows and columns, and where its poses hold, deskewed or not.
+#: By name: the class, where its poses hold, deskewed or not, whether it takes rows and columns, and how many scans it is behind.
 PIPELINES = {
-    "kiss": ("KissICP", False, "end", "middle"),
-    "genz": ("GenZICP", False, "middle", "middle"),
-    "ct": ("CTICP", False, "start", "start"),
-    "mad": ("MadICP", False, "end", "middle"),
-    "loam": ("LOAM", True, "middle", "middle"),
-    "form": ("FORM", True, "middle", "middle"),
+    "kiss": ("KissICP", "end", "middle", False, 0),
+    "genz": ("GenZICP", "middle", "middle", False, 0),
+    "ct": ("CTICP", "start", "start", False, 0),
+    "mad": ("MadICP", "end", "middle", False, 0),
+    "loam": ("LOAM", "middle", "middle", True, 0),
+    "form": ("FORM", "middle", "middle", True, 0),
+    "dlio": ("DLIO", "middle", "middle", False, 0),
+    "lio-sam": ("LioSAM", "middle", "middle", True, 2),
 }
-OWN = {"min_range": 1.5, "max_range": 100.0}
-#: The numbers of types in a ``PointCloud2``.
-TYPES = {"<f4": 7, "<u4": 6, "|u1": 2}
+#: Of those that need an IMU, what differs from evalio's defaults: logs need not begin at rest, and LIO-SAM would use a scan every
+#: 0.15 s and repeat the pose between them.
+INERTIAL: dict[str, dict[str, Any]] = {"dlio": {"imu_calibrate": False}, "lio-sam": {"mappingProcessInterval": 0.0}}
 
 
 def systems() -> dict[str, dmp.System]:
     import evalio
     from evalio._cpp import pipelines
 
-    def system(name: str, grid: bool, *at: str) -> dmp.System:
-        made = getattr(pipelines, name)
-        parameters, version = {**made.default_params(), **OWN}, f"{made.version()} of evalio {evalio.__version__}"
-        instant = lambda given: at[0 if given.get("deskew") else 1]
-        return dmp.System(lambda scans, given: run(made(), grid, scans, given), parameters, version, instant)
+    def system(name: str, kind: str, deskewed: str, raw: str, rows: bool, behind: int) -> dmp.System:
+        made, own = getattr(pipelines, kind), {**LIDAR, **({**IMU, **INERTIAL[name]} if name in INERTIAL else {})}
+        start = lambda scans, given: run(made(), rows, behind, scans, given)
+        instant = lambda given: deskewed if given.get("deskew") else raw
+        version = f"{made.version()} of evalio {evalio.__version__}"
+        return dmp.System(start, {**made.default_params(), **own}, version, instant, name in INERTIAL)
 
-    return {name: system(*of) for name, of in PIPELINES.items()}
+    return {name: system(name, *of) for name, of in PIPELINES.items()}
 
 
-def run(slam: Any, is_grid: bool, scans: Iterator[dmp.Scan], given: Mapping[str, Any]) -> Iterator[tuple[int, Any]]:
-    from evalio._cpp.helpers import DataType, Field, PointCloudMetadata, fill_col_row_major, pc2_to_evalio
-    from evalio.types import SE3, LidarParams, Stamp
-
-    fields = [Field(name=name, datatype=DataType(TYPES[of[0].str]), offset=of[1]) for name, of in (RECORD.fields or {}).items()]
-    slam.set_params({name: value for name, value in given.items() if name not in OWN})
-    grid = None
+def run(slam: Any, rows: bool, behind: int, scans: Iterator[dmp.Scan], given: Mapping[str, Any]) -> Iterator[tuple[int, Any]]:
+    grid, recent, stamps = None, deque[Any](maxlen=behind + 1), {}
     for number, scan in enumerate(scans):
-        if given.get("deskew") and scan.times is None:
-            raise dmp.InputError("deskew takes the time of each point, and this log has none")
-        if number == 0:
-            grid = Grid.of(scan) if is_grid else None
-            size = {"num_rows": grid.rows, "num_columns": grid.columns} if grid else {"num_rows": 1, "num_columns": 1}
-            slam.set_lidar_params(LidarParams(**size, **{name: given[name] for name in OWN}))
-            slam.set_imu_T_lidar(SE3.identity())
-            slam.initialize()
-        points, step = records(scan, grid), RECORD.itemsize
-        shape = {"width": len(points), "height": 1, "point_step": step, "row_step": step * len(points)}
-        cloud = PointCloudMetadata(stamp=Stamp.from_nsec(scan.stamp), is_bigendian=0, is_dense=1, **shape)
-        measured = pc2_to_evalio(cloud, fields, points.tobytes())
-        fill_col_row_major(measured)
-        slam.add_lidar(measured)
+        grid = initialize(slam, scan, rows, given) if number == 0 else grid
+        for measured in measurements(scan.imu):
+            slam.add_imu(measured)
+        recent.append(scan.stamp)
+        stamps[instant_ns(scan, "start")] = recent[0]
+        slam.add_lidar(cloud(scan, grid, instant_ns(scan, "start")))
         slam.saved_features(), slam.saved_maps()
-        yield from ((stamp.to_nsec(), pose.to_mat()) for stamp, pose in slam.saved_estimates())
+        poses = slam.saved_estimates()
+        if number >= behind:
+            # Poses are the IMU's.
+            yield from ((stamps[stamp.to_nsec()], pose.to_mat() @ imu_from_lidar(scan.imu)) for stamp, pose in poses)
