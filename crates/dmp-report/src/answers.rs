@@ -1,6 +1,6 @@
 //! What people ask a report.
 
-use dmp_reduce::Basis;
+use dmp_reduce::{Basis, order_runs};
 
 use crate::contents::Report;
 use crate::pair::PairReport;
@@ -69,7 +69,8 @@ impl Report {
             .collect()
     }
 
-    /// Lists the runs that share a rank by name: nothing is decided between them, so their scores are no order.
+    /// Lists the runs that share a rank along what is better on the whole, where verdicts are mixed, else by name: nothing is
+    /// decided between them, so their scores are no order.
     pub fn list_equals_by_name(&mut self) {
         let mut ranks: Vec<Vec<String>> = Vec::new();
         for (rank, run) in self.ranked() {
@@ -78,8 +79,7 @@ impl Report {
                 _ => ranks.push(vec![run.name.clone()]),
             }
         }
-        ranks.iter_mut().for_each(|shared| shared.sort());
-        let order: Vec<String> = ranks.into_iter().flatten().collect();
+        let order: Vec<String> = ranks.into_iter().flat_map(|shared| self.on_the_whole(shared)).collect();
         let is_tied = |[a, b]: &[String; 2]| {
             let is_open = |pair: &PairReport| pair.verdict.better().is_none();
             self.ties.iter().any(|tie| tie == &[a.clone(), b.clone()]) || self.pair(a, b).is_some_and(is_open)
@@ -87,6 +87,19 @@ impl Report {
         let neighbours = order.windows(2).map(|pair| [pair[0].clone(), pair[1].clone()]);
         self.ties = neighbours.filter(is_tied).collect();
         self.order = order;
+    }
+
+    /// Runs along what is better on the whole, else by name.
+    fn on_the_whole(&self, mut runs: Vec<String>) -> Vec<String> {
+        runs.sort();
+        let place = |name: &str| runs.iter().position(|run| run == name);
+        let ahead = |pair: &PairReport| {
+            let better = pair.verdict.ahead()?;
+            Some((place(better)?, place(pair.other(better))?))
+        };
+        let ahead: Vec<(usize, usize)> = self.pairs.iter().filter_map(ahead).collect();
+        let none = vec![None; runs.len()];
+        order_runs(&none, &ahead).into_iter().map(|ranked| runs[ranked.run].clone()).collect()
     }
 
     /// The comparison of two runs, whichever stands first in it; `None` where they were not compared.
@@ -158,6 +171,23 @@ mod tests {
         assert_eq!(undecided(&order[1], &order[3]), [Some(1), Some(2), None, None]);
         report.order.clear();
         assert_eq!(report.best(), None);
+    }
+
+    #[test]
+    fn equals_are_listed_along_what_is_better_on_the_whole_else_by_name() {
+        let listed = |verdict: Verdict| {
+            let mut report = scores();
+            let last = report.pairs.iter_mut().find(|pair| pair.is_of("drift", "collapsed")).unwrap();
+            last.verdict = verdict;
+            report.list_equals_by_name();
+            assert!(report.ranked().map(|(rank, _)| rank).eq([Some(1), Some(2), Some(3), None]));
+            assert_eq!(report.order[..2], ["truth", "noise"]);
+            report.order[2..].join(" ")
+        };
+        let mixed = |run: &str| listed(Verdict::Mixed { run: run.into(), decided_at_m: 2.0 });
+        assert_eq!(mixed("drift"), "drift collapsed");
+        assert_eq!(mixed("collapsed"), "collapsed drift");
+        assert_eq!(listed(Verdict::Undecided), "collapsed drift");
     }
 
     #[test]
