@@ -36,7 +36,7 @@ def initialize(slam: Any, scan: Scan, rows: bool, given: Mapping[str, Any]) -> G
     from evalio.types import SE3, ImuParams, LidarParams
 
     if scan.times is None and (given.get("deskew") or scan.imu is not None):
-        raise InputError("deskewing takes the time of each point, and this log has none")
+        raise InputError("deskew takes the time of each point, and this log has none")
     grid, imu = Grid.of(scan) if rows else None, scan.imu
     slam.set_params({name: value for name, value in given.items() if name not in {**LIDAR, **IMU}})
     size = {"num_rows": grid.rows, "num_columns": grid.columns} if grid else {"num_rows": 1, "num_columns": 1}

@@ -18,6 +18,8 @@ pub(crate) struct OpenedRuns<L = Box<dyn ScanLog>> {
     pub(crate) runs: Vec<Run>,
     /// Runs without a trajectory that can be read.
     pub(crate) unread: Vec<LeftOutReport>,
+    /// Whether the messages of each started run hold its trajectory.
+    pub(crate) is_read: Vec<bool>,
     /// Whether part of the log or of a run is lost; warnings say what.
     pub(crate) damaged: bool,
 }
@@ -35,9 +37,8 @@ impl OpenedRuns {
         let log = log.open(threads)?;
         let host = (!common.quiet).then_some(&common.host);
         let found = Found::of(started, LogHead::of_log(log.as_ref()), asked, host)?;
-        let damaged = found.is_damaged || !log.summary().damage.is_empty();
-        let unread = found.unread.clone();
-        Ok(Self { runs: found.into_runs(maps), unread, log, damaged })
+        let is_damaged = !log.summary().damage.is_empty();
+        Ok(found.with_log(log, is_damaged, maps))
     }
 }
 
@@ -66,9 +67,8 @@ impl OpenedRuns<LogOutline> {
             announce::found(&common.host, LogHead::of_outline(&log), &found.loaded);
             announce::extrinsics(&common.host, &found.loaded, &found.extrinsics);
         }
-        let damaged = found.is_damaged || !log.summary().damage.is_empty();
-        let unread = found.unread.clone();
-        Ok(Some(Self { runs: found.into_runs(std::iter::repeat(MapSource::Fused)), unread, log, damaged }))
+        let is_damaged = !log.summary().damage.is_empty();
+        Ok(Some(found.with_log(log, is_damaged, std::iter::repeat(MapSource::Fused))))
     }
 }
 
@@ -79,6 +79,8 @@ struct Found {
     extrinsics: Vec<BodyFromSensor>,
     clocks: Vec<RunClock>,
     unread: Vec<LeftOutReport>,
+    /// Whether the messages of each started run hold its trajectory.
+    is_read: Vec<bool>,
     /// Whether part of a run is lost.
     is_damaged: bool,
 }
@@ -87,9 +89,21 @@ impl Found {
     /// Finishes the runs; prints what is found to the host, if there is one.
     fn of(mut started: Runs, log: LogHead<'_>, asked: &Asked, host: Option<&Hosted>) -> anyhow::Result<Self> {
         let clocks = RunClock::of_runs(asked, &started.names())?;
-        let unread = std::mem::take(&mut started.unread);
+        let mut unread = std::mem::take(&mut started.unread);
+        let finished = started.finish_some(log.summary)?;
+        let is_read: Vec<bool> = finished.iter().map(Result::is_ok).collect();
+        let mut loaded = Vec::new();
+        for run in finished {
+            match run {
+                Ok(run) => loaded.push(run),
+                Err(problem) => unread.push(problem),
+            }
+        }
+        if loaded.is_empty() && !unread.is_empty() {
+            return Err(unread.swap_remove(0).1.into());
+        }
         let unread: Vec<LeftOutReport> = unread.into_iter().map(left_out).collect();
-        let loaded = started.finish(log.summary)?;
+        let clocks = of_read(clocks, &is_read).collect();
         if let Some(host) = host {
             announce::found(host, log, &loaded);
         }
@@ -98,12 +112,25 @@ impl Found {
             announce::extrinsics(host, &loaded, &extrinsics);
         }
         let is_damaged = !unread.is_empty() || loaded.iter().any(|run| run.damaged);
-        Ok(Self { loaded, extrinsics, clocks, unread, is_damaged })
+        Ok(Self { loaded, extrinsics, clocks, unread, is_read, is_damaged })
     }
 
-    fn into_runs(self, maps: impl IntoIterator<Item = MapSource>) -> Vec<Run> {
-        to_score(self.loaded, maps, self.extrinsics, self.clocks)
+    fn with_log<L>(
+        self,
+        log: L,
+        is_damaged: bool,
+        maps: impl IntoIterator<Item = MapSource>,
+    ) -> OpenedRuns<L> {
+        let damaged = self.is_damaged || is_damaged;
+        let maps = of_read(maps, &self.is_read);
+        let runs = to_score(self.loaded, maps, self.extrinsics, self.clocks);
+        OpenedRuns { log, runs, unread: self.unread, is_read: self.is_read, damaged }
     }
+}
+
+/// What belongs to runs whose trajectory was read.
+fn of_read<T>(of_started: impl IntoIterator<Item = T>, is_read: &[bool]) -> impl Iterator<Item = T> {
+    of_started.into_iter().zip(is_read).filter_map(|(one, is_read)| is_read.then_some(one))
 }
 
 fn left_out((name, problem): (String, LogError)) -> LeftOutReport {

@@ -25,9 +25,12 @@ pub(crate) struct Runs {
     meant: Vec<Meant>,
     /// What carries each between its poses.
     between: Vec<Option<Trajectory>>,
-    /// Those whose files hold no trajectory, and why.
-    pub(super) unread: Vec<(String, LogError)>,
+    /// Those whose files hold no trajectory.
+    pub(super) unread: Vec<Unread>,
 }
+
+/// The name of a run that holds no trajectory, and why.
+pub(super) type Unread = (String, LogError);
 
 #[derive(Debug)]
 enum Source {
@@ -158,12 +161,8 @@ impl Runs {
                     runs.meant.push(meant);
                     runs.between.push(between);
                 }
-                Err(problem) => match problem.downcast()? {
-                    problem @ LogError::Malformed { .. } if meant.is_open() => {
-                        runs.unread.push((name, problem));
-                    }
-                    problem => return Err(problem.into()),
-                },
+                Err(problem) if meant.is_open() => runs.unread.push((name, no_trajectory(problem)?)),
+                Err(problem) => return Err(problem),
             }
         }
         if runs.named.is_empty() && !runs.unread.is_empty() {
@@ -191,7 +190,24 @@ impl Runs {
 
     /// The same for a log at this path, whose scans have this frame.
     pub(crate) fn finish_in(self, log: &Path, scan_frame: Option<&str>) -> anyhow::Result<Vec<LoadedRun>> {
-        let finish = |(((name, source), meant), between): (((String, Source), Meant), Option<Trajectory>)| {
+        self.finish_each(log, scan_frame).map(|(_, run)| run).collect()
+    }
+
+    /// The same for runs that are compared: messages that hold no trajectory do not stop the others.
+    pub(super) fn finish_some(self, log: &LogSummary) -> anyhow::Result<Vec<Result<LoadedRun, Unread>>> {
+        let some = |(name, run): (String, anyhow::Result<LoadedRun>)| match run {
+            Ok(run) => Ok(Ok(run)),
+            Err(problem) => Ok(Err((name, no_trajectory(problem)?))),
+        };
+        self.finish_each(&log.path, log.frame_id.as_deref()).map(some).collect()
+    }
+
+    fn finish_each(
+        self,
+        log: &Path,
+        scan_frame: Option<&str>,
+    ) -> impl Iterator<Item = (String, anyhow::Result<LoadedRun>)> {
+        let finish = move |name: String, source, meant: Meant, between: Option<Trajectory>| {
             let mut run = match source {
                 Source::Read(run) => *run,
                 Source::Topic { given, bag, topic } => {
@@ -208,7 +224,18 @@ impl Runs {
                 Some(odometry) => run.carried_by(&odometry),
             }
         };
-        self.named.into_iter().zip(self.meant).zip(self.between).map(finish).collect()
+        let each = self.named.into_iter().zip(self.meant).zip(self.between);
+        each.map(move |(((name, source), meant), between)| {
+            (name.clone(), finish(name, source, meant, between))
+        })
+    }
+}
+
+/// The problem, if it is that there is no trajectory.
+fn no_trajectory(problem: anyhow::Error) -> anyhow::Result<LogError> {
+    match problem.downcast()? {
+        problem @ (LogError::Malformed { .. } | LogError::Trajectory { .. }) => Ok(problem),
+        problem => Err(problem.into()),
     }
 }
 

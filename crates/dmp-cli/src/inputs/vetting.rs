@@ -77,7 +77,7 @@ fn check<L, E>(
     open: impl Fn(&LogInput) -> Result<L, E>,
     look: impl Fn(&L, &[Run]) -> Result<Vetted, EvaluateError>,
 ) -> anyhow::Result<(OpenedRuns<L>, Vetted)> {
-    let OpenedRuns { mut log, runs, unread, damaged } = opened;
+    let OpenedRuns { mut log, runs, unread, is_read, damaged } = opened;
     let mut vetted = look(&log, &runs)?;
     if let (true, PointTimes::Corrected(sweep)) = (mend, vetted.point_times) {
         // A log that cannot be read without them is scored as it is; a message says so.
@@ -96,7 +96,7 @@ fn check<L, E>(
         }
     }
     let runs = vetted.runs.clone();
-    Ok((OpenedRuns { log, runs, unread, damaged }, vetted))
+    Ok((OpenedRuns { log, runs, unread, is_read, damaged }, vetted))
 }
 
 /// What `vet` finds, unless runs are trusted, told where no report will say it.

@@ -177,6 +177,7 @@ fn a_topic_that_is_not_named_must_be_the_only_one() {
     bag(&[ODOMETRY, POSES, TEXT], &messages)
         .refused("/chatter", &["no topic `/chatter` with poses", "/pose ["]);
     bag(&[TEXT], &[(0, vec![])]).refused("", &["no topic with poses", "/chatter ["]);
+    bag(&[], &[]).refused("", &["it has no topics"]);
     let moved = ("/vicon", "geometry_msgs/msg/TransformStamped", "cdr");
     let messages = [1000, 1100].map(|ms| (0, odometry(ms, at_x(ms as f64))));
     let transform = bag(&[moved], &messages).read("/vicon").unwrap();

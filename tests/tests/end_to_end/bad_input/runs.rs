@@ -32,6 +32,7 @@ pub(super) const ROWS: &[Row] = &[
                 ("zero.tum", format!("{first}1700000001 0 0 0 0 0 0 0\n")),
                 ("nan.tum", format!("{first}\n1700000001 0 nan 0 0 0 0 1\n")),
                 ("cut.tum", format!("{first}1700000001 0 0 0 0 0")),
+                ("empty.mcap", String::new()),
                 ("words.tum", "1700000000 0 0 0 0 zero 0 1\n".to_owned()),
                 ("two_runs.tum", good.to_owned() + &good.replace("000 0 0", "000 5 0")),
             ] {
@@ -56,6 +57,8 @@ pub(super) const ROWS: &[Row] = &[
             score town.mcap -t nan.tum => 1 nan.tum | line 3 | nan
             score town.mcap -t cut.tum => 1 cut.tum | line 2 | 6
             score town.mcap -t zero.tum -t truth.tum -t nan.tum -t drift.tum --pose-at nan=end => 3 as score town.mcap; left_out/1/reason: run `nan` is excluded: | line 3
+            score town.mcap -t bad=empty.mcap:/odom -t truth.tum -t drift.tum --pose-at bad=end => 3 as score town.mcap; left_out/0/reason: run `bad` is excluded: empty.mcap: | no bag
+            score town.mcap -t bad=empty.mcap:/odom => 1 empty.mcap | no bag
             score town.mcap -t zero.tum -t nan.tum => 1 zero.tum | line 2
             score town.mcap -t nan.tum -t gone.tum => 2 gone.tum: no such file
             score town.mcap -t words.tum => 1 words.tum | line 1 | zero

@@ -98,10 +98,10 @@ pub(crate) fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::
         let opened = OpenedRuns::open(started, maps, &log, asked, config.threads, common)?;
         check_memory(opened.log.as_ref(), &opened.runs, &config)?;
         let (opened, vetted) = vetting::checked(opened, &log, asked, &config, common)?;
-        let OpenedRuns { log, runs, unread, damaged } = opened;
+        let OpenedRuns { log, runs, unread, is_read, damaged } = opened;
         let (settings, means) = config.on(log.summary())?;
         let is_kept = vetted.as_ref().map_or_else(|| vec![true; runs.len()], dmp::Vetted::is_kept);
-        let outputs = outputs.of_runs(&is_kept);
+        let outputs = outputs.of_runs(&is_read).of_runs(&is_kept);
         let recorder = Recorder::new(outputs, log.as_ref(), &runs, (&settings, &means), common)?;
         let evaluated = evaluate(log.as_ref(), &runs, &config, (&recorder, &recorder));
         let evaluated = evaluated.map(|report| vetting::reported(report, vetted.as_ref(), &unread));

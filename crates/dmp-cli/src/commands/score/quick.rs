@@ -30,7 +30,7 @@ pub(super) fn score(
     })?;
     let Some(opened) = opened else { return Ok(None) };
     let (opened, vetted) = vetting::checked_outline(opened, log, asked, &config, common)?;
-    let OpenedRuns { log, runs, unread, damaged } = opened;
+    let OpenedRuns { log, runs, unread, damaged, .. } = opened;
     let report = evaluate_quick(&log, &runs, &config, &Progress::new(common))?;
     let report = vetting::reported(report, vetted.as_ref(), &unread);
     // What is lost shows where it is read.

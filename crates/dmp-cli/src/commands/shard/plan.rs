@@ -65,7 +65,7 @@ fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::Result<Exit
     let log = LogInput::of(asked)?;
     let opened = OpenedRuns::open(started, maps, &log, asked, config.threads, common)?;
     let (opened, vetted) = vetting::checked(opened, &log, asked, &config, common)?;
-    let OpenedRuns { log, runs, unread, damaged } = opened;
+    let OpenedRuns { log, runs, unread, damaged, .. } = opened;
     let said = vetting::summary(vetted.as_ref(), &unread);
     let machine = Machine { cores: asked.get(&tools::CORES).unwrap_or(8) as usize };
     let watch = Progress::new(common);

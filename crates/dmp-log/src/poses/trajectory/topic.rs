@@ -6,7 +6,7 @@ use dmp_sensor::{Isometry3, Trajectory, TrajectoryRepairs};
 use super::error::TrajectoryParseError;
 use super::tree::MovingFrames;
 use crate::file::{DamageList, pose_of};
-use crate::logs::bag_at;
+use crate::logs::{bag_at, has_bag_name};
 use crate::messages::{
     BagFound, Message, PoseCoding, PoseType, STATIC_TOPIC, StampedPose, StaticFrames, frame_name, in_words,
 };
@@ -66,6 +66,9 @@ pub fn read_topic_trajectory(
 ) -> Result<TopicTrajectory, LogError> {
     let Some(bag) = bag_at(path)? else {
         let problem = "no bag (MCAP, rosbag2, ROS 1), so it has no topics with poses".to_owned();
+        if has_bag_name(path) {
+            return Err(LogError::malformed(path, PlaceInFile::WholeFile, problem));
+        }
         return Err(LogError::Option { path: path.into(), problem });
     };
     let mut found = Found::default();
@@ -208,6 +211,9 @@ impl Poses {
 fn choose(path: &Path, bag_found: &BagFound, wanted: Option<&str>) -> Result<(String, PoseCoding), LogError> {
     let option = |problem: String| LogError::Option { path: path.into(), problem };
     let all = bag_found.topics.infos();
+    if all.is_empty() {
+        return Err(LogError::malformed(path, PlaceInFile::WholeFile, "it has no topics"));
+    }
     let with_poses = |channel: &&crate::messages::Channel| {
         PoseCoding::of(channel).is_some() && channel.topic != STATIC_TOPIC
     };
