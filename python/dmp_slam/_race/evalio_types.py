@@ -43,7 +43,7 @@ def initialize(slam: Any, scan: Scan, rows: bool, given: Mapping[str, Any]) -> G
     slam.set_lidar_params(LidarParams(**size, **{name: given[name] for name in LIDAR}))
     if imu is not None:
         rate = NS / float(np.median(np.diff(imu.stamps_ns)))
-        slam.set_imu_params(ImuParams(rate=rate, gravity=ImuParams.up().gravity, **{name: given[name] for name in IMU}))
+        slam.set_imu_params(ImuParams(rate=rate, gravity=ImuParams.down().gravity, **{name: given[name] for name in IMU}))
     slam.set_imu_T_lidar(SE3.from_mat(np.asfortranarray(imu_from_lidar(imu))))
     slam.initialize()
     return grid
