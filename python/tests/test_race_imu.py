@@ -51,9 +51,7 @@ def stamps(town, tmp_path_factory) -> list[int]:
 
 
 def read(source: Any, stamps: Any, log: str = "", pose: Any = None) -> dmp.Imu:
-    imu = imus.read(source, log, log, pose, stamps)
-    assert imu is not None
-    return imu
+    return imus.read(source, log, log, pose, stamps)
 
 
 def test_a_file_of_euroc_is_read(measured, stamps):
@@ -160,7 +158,7 @@ def test_datasets_bring_theirs(measured, stamps):
             return np.diag([1.0, -1, -1, 1])
 
     imu = imus.read(None, Dataset(), "", None, stamps)
-    assert imu is not None and np.array_equal(imu.gyro_rad_s, expected.gyro_rad_s)
+    assert np.array_equal(imu.gyro_rad_s, expected.gyro_rad_s)
     assert np.array_equal(imu.imu_from_lidar, np.diag([1.0, -1, -1, 1]))
 
 

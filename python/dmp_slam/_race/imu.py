@@ -24,12 +24,10 @@ _GRAVITY_M_S2 = (8.0, 12.0)
 _OUTSIDE_NS = NS // 2
 
 
-def read(source: StrPath | None, log: Any, path: str, imu_from_lidar: Pose, stamps_ns: Sequence[int]) -> Imu | None:
-    """The IMU of a log at ``path``, checked against the stamps of its scans; ``None`` if nothing names one."""
-    if source is None and not (hasattr(log, "imu") and callable(log.imu)):
-        if imu_from_lidar is not None:
-            raise UsageError("imu_from_lidar is given, but no imu: a topic, or a .csv")
-        return None
+def read(source: StrPath | None, log: Any, path: str, imu_from_lidar: Pose, stamps_ns: Sequence[int]) -> Imu:
+    """The IMU of a log at ``path``, checked against the stamps of its scans."""
+    if source is None and not brings_imu(log):
+        raise UsageError("imu_from_lidar is given, but no imu: a topic, or a .csv")
     if source is None:
         name, rows = "imu of the dataset", _of_dataset(log.imu())
         imu_from_lidar = log.imu_T_lidar().to_mat() if imu_from_lidar is None else imu_from_lidar
@@ -44,6 +42,11 @@ def read(source: StrPath | None, log: Any, path: str, imu_from_lidar: Pose, stam
     imu = Imu(stamps[order], gyro[order].astype(float), accel[order].astype(float), _matrix(imu_from_lidar))
     _check(name, imu, stamps_ns)
     return imu
+
+
+def brings_imu(log: Any) -> bool:
+    """Whether a log is a dataset with an IMU."""
+    return callable(getattr(log, "imu", None))
 
 
 def _of_dataset(measured: Iterable[Any]) -> Iterator[Row]:

@@ -17,7 +17,7 @@ from .._listener import Event, Listener, Progress
 from .._scans import Log, place
 from ..errors import Error, UsageError
 from .field import Entry, Systems, entries
-from .imu import Pose, read
+from .imu import Pose, brings_imu, read
 from .judge import judged
 from .process import Limits, memory_bytes
 from .result import Race
@@ -69,8 +69,7 @@ def race(
     how, given = dict(score or {}), {name: dict(values) for name, values in (settings or {}).items()}
     if repeats < 1:
         raise UsageError(f"repeats is at least 1, not {repeats}")
-    has_imu = imu is not None or callable(getattr(log, "imu", None))
-    found, tuned, others = _field(systems, given, tune, has_imu)
+    found, tuned, others = _field(systems, given, tune, imu is not None or brings_imu(log))
     limits = Limits(60 * (minutes if minutes is not None and tune is None else _RUN_MINUTES), memory_bytes(memory))
     folder, temporary = _new_folder(out, how)
     reading = {key: how[key] for key in options(("convert", "log")) if key in how and key in options(("score",))}
@@ -78,8 +77,9 @@ def race(
         placed = place(log, work)
         placed.spool(progress, cancel)
         scans = Scans.of(placed.path, work / "scans", progress, cancel, reading)
-        measured = read(imu, log, placed.path, imu_from_lidar, scans.stamps_ns())
-        if measured is not None:
+        measured = None
+        if not (imu is None and imu_from_lidar is None) or any(entry.needs_imu for entry in [*found, *others]):
+            measured = read(imu, log, placed.path, imu_from_lidar, scans.stamps_ns())
             scans = scans.with_imu(measured)
         scored = placed.path if scans.are_stamped() else str(scans.log(work / "stamped.mcap"))
         runs = Runs(scored, scans, folder, work / "runs", limits, cancel)
