@@ -159,6 +159,17 @@ def verdicts(race: dict[str, Any], error_m: dict[str, float]) -> list[tuple[str,
     return found
 
 
+def leaders(score: dict[str, Any]) -> list[str]:
+    """The runs of the first rank."""
+    better = {(pair["verdict"], name) for pair in score["pairs"] for name in (pair["a"], pair["b"])}
+    found = score["order"][:1]
+    for name in score["order"][1:]:
+        if (name, found[-1]) in better or any((other, name) in better for other in found):
+            break
+        found.append(name)
+    return found
+
+
 def all_systems(drives: list[dict[str, Any]], folder: Path) -> None:
     """One row a drive: what is decided between real systems, and how good the first one is."""
     print("| drive | runs | failed | pairs | right | wrong | mixed | undecided | same | first by score | ATE, m | repaired | first by ATE | ATE, m |")
@@ -174,10 +185,10 @@ def all_systems(drives: list[dict[str, Any]], folder: Path) -> None:
         total["consistency"] += Counter(said for _, _, said in verdicts(race, apart_m))
         for by, of_run in (("ATE", error_m), ("consistency", apart_m)):
             wrong += [(by, drive, good, of_run[good], bad, of_run[bad]) for good, bad, said in verdicts(race, of_run) if said == "wrong"]
-        first, best = race["score"]["order"][0], min(error_m, key=error_m.__getitem__)
+        first, best = leaders(race["score"]), min(error_m, key=error_m.__getitem__)
         numbers = [len(race["runs"]), len(race["runs"]) - len(error_m), len(found), *(counts[said] for said in SAID)]
-        cells = [" ".join(map(str, drive.values())), *numbers, first, f"{error_m[first]:.3f}"]
-        cells += [repaired(drive, folder, first), best, f"{error_m[best]:.3f}"]
+        cells = [" ".join(map(str, drive.values())), *numbers]
+        cells += [", ".join(first), ", ".join(f"{error_m[run]:.3f}" for run in first), repaired(drive, folder, first[0]), best, f"{error_m[best]:.3f}"]
         print("| " + " | ".join(map(str, cells)) + " |", flush=True)
     for by, counted in total.items():
         print(f"\nBy {by}, {sum(counted.values())} pairs: " + ", ".join(f"{counted[said]} {said}" for said in SAID))
