@@ -91,11 +91,12 @@ def raced(drive: dict[str, Any], folder: Path, suffix: str = "", **how: Any) -> 
     """The race of a drive, and the RMSE of each run's places against the truth, metres."""
     name = name_of(drive)
     log, truth, out = folder / f"{name}.mcap", folder / f"{name}.truth.tum", folder / (name + suffix)
-    if not log.exists():
+    measured = folder / f"{name}.imu.csv"
+    if not measured.exists():
         dmp.simulate.town(log, truth=truth, **SENSOR, **drive)
-        imu(truth, folder / f"{name}.imu.csv")
+        imu(truth, measured)
     if not (out / "race.json").exists():
-        dmp.race(log, **how, imu=folder / f"{name}.imu.csv", out=out, progress=False)
+        dmp.race(log, **how, imu=measured, out=out, progress=False)
     race = json.loads((out / "race.json").read_text())
     runs = [row["name"] for row in race["runs"] if row["name"] in race["score"]["order"]]
     return race, {run: dmp.truth.ape(truth, out / f"{run}.tum", align=True)["stats"]["rmse"] for run in runs}

@@ -46,8 +46,9 @@ def run(slam: Any, rows: bool, behind: int, scans: Iterator[dmp.Scan], given: Ma
         for measured in measurements(scan.imu):
             slam.add_imu(measured)
         recent.append(scan.stamp)
-        stamps[instant_ns(scan, "start")] = recent[0]
-        slam.add_lidar(cloud(scan, grid, instant_ns(scan, "start")))
+        first_ns = instant_ns(scan, "start")
+        stamps[first_ns] = recent[0]
+        slam.add_lidar(cloud(scan, grid, first_ns))
         slam.saved_features(), slam.saved_maps()
         poses = slam.saved_estimates()
         if number >= behind:
