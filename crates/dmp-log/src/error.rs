@@ -97,6 +97,17 @@ pub enum LogError {
         /// What is wrong, with the value.
         problem: String,
     },
+    /// A scan is damaged, of a log that was opened with
+    /// [`is_checked_as_read`](crate::LogOptions::is_checked_as_read): opened without, the log goes without that scan.
+    #[error("{}: {place}: {problem}", path.display())]
+    Unchecked {
+        /// The file.
+        path: PathBuf,
+        /// Where in it.
+        place: PlaceInFile,
+        /// What is wrong, with the value.
+        problem: String,
+    },
     /// Two files that belong together have different counts.
     #[error("{}: {count} {what}, but {} has {other_count}", path.display(), other.display())]
     CountMismatch {

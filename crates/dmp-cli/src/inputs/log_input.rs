@@ -74,6 +74,12 @@ impl LogInput {
         Self { options, ..self.clone() }
     }
 
+    /// The same log for those who read every scan: it is checked while that is done.
+    pub(crate) fn checked_as_read(&self) -> Self {
+        let options = LogOptions { is_checked_as_read: true, ..self.options.clone() };
+        Self { options, ..self.clone() }
+    }
+
     /// Opens the log in so many threads, but no more than there are cores.
     pub(crate) fn open(&self, threads: usize) -> anyhow::Result<Box<dyn ScanLog>> {
         Ok(in_threads(threads, || open_log(&self.path, &self.options).map_err(swapped))??)

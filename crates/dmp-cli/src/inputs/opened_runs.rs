@@ -42,6 +42,22 @@ impl OpenedRuns {
     }
 }
 
+impl<L> OpenedRuns<L> {
+    /// A copy of the runs.
+    pub(crate) fn runs_only(&self) -> OpenedRuns<()> {
+        let (runs, unread, is_read) = (self.runs.clone(), self.unread.clone(), self.is_read.clone());
+        OpenedRuns { log: (), runs, unread, is_read, damaged: self.damaged }
+    }
+}
+
+impl OpenedRuns<()> {
+    /// The runs on a log of which part is lost.
+    pub(crate) fn on_damaged(self, log: Box<dyn ScanLog>) -> OpenedRuns {
+        let Self { runs, unread, is_read, .. } = self;
+        OpenedRuns { log, runs, unread, is_read, damaged: true }
+    }
+}
+
 impl OpenedRuns<LogOutline> {
     /// The same with no more of the log than its index, where `is_enough`; else nothing is printed.
     pub(crate) fn outline_if(

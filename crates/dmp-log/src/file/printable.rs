@@ -87,6 +87,7 @@ impl LogError {
         | Self::Io { path, .. }
         | Self::UnknownFormat { path, .. }
         | Self::Malformed { path, .. }
+        | Self::Unchecked { path, .. }
         | Self::CountMismatch { path, .. }
         | Self::NoCloudTopic { path, .. }
         | Self::SeveralTopics { path, .. }

@@ -14,7 +14,8 @@ use std::path::Path;
 /// `.bin`, `.pcd`, `.ply`, `.las` or `.laz`, a folder of depth images (TUM RGB-D, ICL-NUIM, Redwood), or one LAS or LAZ
 /// file in world coordinates with what it was [made with](LogOptions::made_with).
 ///
-/// Opening reads a bag once from start to end and takes stock of what is damaged; of a folder of scans it reads
+/// Opening reads a bag once from start to end and takes stock of what is damaged, or [as it is
+/// read](LogOptions::is_checked_as_read); of a folder of scans it reads
 /// the heads of the files, and the lines of those in text, and unpacks what is compressed; of depth images their heads; of a LAS file all points, once.
 ///
 /// What has to be decoded for that is decoded on all threads of the rayon pool that this is called in; without one, and for bags of

@@ -18,6 +18,11 @@ pub struct LogOptions {
     pub bin_layout: Option<BinLayout>,
     /// What a file in world coordinates was made with; without it such a file is no log.
     pub made_with: Option<MadeWith>,
+    /// For those who read every scan anyway. Of a bag whose chunks end in a scan no more than their starts are read to open it:
+    /// the log is read once less. A chunk that is damaged further on is [`LogError::Unchecked`](crate::LogError::Unchecked) when
+    /// its scan is read; opened without this, the log goes without that scan.
+    #[serde(skip)]
+    pub is_checked_as_read: bool,
 }
 
 impl LogOptions {

@@ -1,6 +1,7 @@
 //! Tests of the readers and writers on whole files. `fuzz/` includes them for their good files and readers.
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
+mod as_read;
 mod bag_faults;
 mod calib;
 pub(crate) mod cloud;

@@ -6,20 +6,21 @@ mod pairs;
 mod quick;
 mod ranked;
 pub(crate) mod render;
+mod whole;
 
 use std::io::Write;
 use std::path::PathBuf;
 
 use clap::{Args as _, FromArgMatches as _};
-use dmp::{CastReturns, Config, Report, check_memory, evaluate};
+use dmp::{CastReturns, Config, Report};
 use serde::Serialize;
 
 use crate::console::{Common, Exit, Terminal, one_line, say, when_printed};
 use crate::gates::{self, GateArgs, GateReport};
-use crate::inputs::{LogInput, OpenedRuns, Runs, announce, vetting};
+use crate::inputs::{LogInput, Runs, announce};
 use crate::named::maps_of;
 use crate::options::{Asked, Out, Spec, input, output, scoring};
-use outputs::{Outputs, Recorder};
+use outputs::Outputs;
 
 pub(crate) static SPEC: Spec = Spec {
     name: "score",
@@ -95,18 +96,8 @@ pub(crate) fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::
     let (report, damaged, recorded) = if let Some((report, damaged)) = quick.flatten() {
         (report, damaged, None)
     } else {
-        let opened = OpenedRuns::open(started, maps, &log, asked, config.threads, common)?;
-        check_memory(opened.log.as_ref(), &opened.runs, &config)?;
-        let (opened, vetted) = vetting::checked(opened, &log, asked, &config, common)?;
-        let OpenedRuns { log, runs, unread, is_read, damaged } = opened;
-        let (settings, means) = config.on(log.summary())?;
-        let is_kept = vetted.as_ref().map_or_else(|| vec![true; runs.len()], dmp::Vetted::is_kept);
-        let outputs = outputs.of_runs(&is_read).of_runs(&is_kept);
-        let recorder = Recorder::new(outputs, log.as_ref(), &runs, (&settings, &means), common)?;
-        let evaluated = evaluate(log.as_ref(), &runs, &config, (&recorder, &recorder));
-        let evaluated = evaluated.map(|report| vetting::reported(report, vetted.as_ref(), &unread));
-        let (report, recorded) = recorder.end(evaluated)?;
-        (report, damaged, Some(recorded))
+        let scored = whole::score(asked, (&log, started, maps), outputs, &config, common)?;
+        (scored.report, scored.damaged, Some(scored.recorded))
     };
     let checked = gates.check(&report);
     let remarks = gates::failures(&checked);

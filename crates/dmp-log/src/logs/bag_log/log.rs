@@ -4,7 +4,7 @@ use super::topic::TopicIndex;
 use crate::messages::{Bag, BagReader, Cloud};
 use crate::points::{TimeChoice, TimeField, TimeRule};
 use crate::scans::runs_of_eight;
-use crate::{FrameInfo, LogError, LogIndex, LogSummary, PlaceInFile, ScanLog, ScanReader, StaticFrames};
+use crate::{FrameInfo, LogError, LogIndex, LogSummary, ScanLog, ScanReader, StaticFrames};
 use dmp_sensor::Scan;
 use std::ops::Range;
 use std::sync::Arc;
@@ -87,9 +87,7 @@ impl BagLog {
         use_it: impl FnOnce(&Cloud<'_>),
     ) -> Result<(), LogError> {
         let number = self.number_in_log(frame);
-        let malformed = |problem: String| {
-            LogError::malformed(self.bag.path(), PlaceInFile::Frame(number as u64), problem)
-        };
+        let malformed = |problem: String| self.bag.fault(self.bag.path(), number, problem);
         let entries = &self.topic.entries;
         let Some(entry) = entries.get(frame) else {
             return Err(malformed(format!("the log has {} scans", entries.len())));

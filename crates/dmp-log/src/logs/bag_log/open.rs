@@ -6,7 +6,7 @@ use super::log::BagLog;
 use super::packets::advice;
 use super::topic::{Entry, TopicIndex};
 use crate::file::first_in_words;
-use crate::messages::{Bag, BagFound, in_words};
+use crate::messages::{Bag, BagFound, ScanCoding, in_words};
 use crate::points::frames_to_look_at;
 use crate::{
     Damage, FrameInfo, LogError, LogOptions, LogSummary, LogSurvey, PlaceInFile, ScanStream, StaticFrames,
@@ -61,6 +61,19 @@ impl AroundScans {
 impl BagLog {
     /// Reads the bag once from start to end, one chunk in memory at a time, or a few in a pool with several threads.
     pub(crate) fn open(bag: Bag, options: &LogOptions) -> Result<Self, LogError> {
+        if options.is_checked_as_read {
+            let with_starts = bag.clone().with_starts_of(|channel| ScanCoding::of(channel).is_some());
+            // Of a log in which anything is wrong all is taken stock of.
+            if let Ok(log) = Self::opened(with_starts, options)
+                && log.summary.damage.is_empty()
+            {
+                return Ok(log);
+            }
+        }
+        Self::opened(bag, options)
+    }
+
+    fn opened(bag: Bag, options: &LogOptions) -> Result<Self, LogError> {
         let (bag_found, clouds, static_frames) = clouds_of(&bag)?;
         let around = AroundScans::new(bag, &bag_found, static_frames)?;
         let mut notes = Vec::new();

@@ -81,6 +81,7 @@ impl IndexedBag {
             missing: Vec::new(),
             is_rosbag2: self.is_rosbag2,
             count: ReadCount::default(),
+            start_is_enough: None,
         }
     }
 

@@ -51,13 +51,10 @@ impl BagReader<'_> {
         };
         body.map_err(|fault| match fault {
             MessageFault::Io(error) if error.kind() == io::ErrorKind::UnexpectedEof => {
-                let problem = "the file is shorter than it was when it was opened";
-                LogError::malformed(path, PlaceInFile::Frame(frame as u64), problem)
+                self.bag.fault(path, frame, "the file is shorter than it was when it was opened")
             }
             MessageFault::Io(error) => LogError::io(path, "read", error),
-            MessageFault::Changed(problem) => {
-                LogError::malformed(path, PlaceInFile::Frame(frame as u64), problem)
-            }
+            MessageFault::Changed(problem) => self.bag.fault(path, frame, problem),
         })
     }
 }

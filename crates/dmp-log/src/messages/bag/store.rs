@@ -6,7 +6,7 @@ use super::location::{Location, Within};
 use super::topics::Topics;
 use super::{chunked, rosbag2, sqlite};
 use crate::file::{DamageList, ReadCount, shorten};
-use crate::{Damage, LogError};
+use crate::{Damage, LogError, PlaceInFile};
 use std::ffi::OsStr;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -49,6 +49,8 @@ pub(crate) struct Bag {
     pub(super) missing: Vec<String>,
     pub(super) is_rosbag2: bool,
     pub(super) count: ReadCount,
+    /// Of these messages a pass over all need not have more than the first bytes, and need not check the others.
+    pub(super) start_is_enough: Option<fn(&Channel) -> bool>,
 }
 
 /// What a pass over all messages finds beside them.
@@ -73,6 +75,7 @@ impl Bag {
             missing: Vec::new(),
             is_rosbag2: false,
             count: ReadCount::default(),
+            start_is_enough: None,
         })
     }
 
@@ -89,12 +92,28 @@ impl Bag {
             (file, kind)
         };
         let files = files.into_iter().map(kind_of).collect();
-        Ok(Some(Self { path: path.into(), files, missing, is_rosbag2: true, count: ReadCount::default() }))
+        let count = ReadCount::default();
+        Ok(Some(Self { path: path.into(), files, missing, is_rosbag2: true, count, start_is_enough: None }))
     }
 
     /// The file or folder that was named.
     pub(crate) fn path(&self) -> &Path {
         &self.path
+    }
+
+    /// The same bag, of whose messages of some channels a pass over all gives no more than the first bytes, and zeros. What is
+    /// damaged in the others shows when a message is read.
+    pub(crate) fn with_starts_of(self, is_enough: fn(&Channel) -> bool) -> Self {
+        Self { start_is_enough: Some(is_enough), ..self }
+    }
+
+    /// Why a message is not what it was found to be.
+    pub(crate) fn fault(&self, path: &Path, frame: usize, problem: impl Into<String>) -> LogError {
+        let (path, place, problem) = (path.into(), PlaceInFile::Frame(frame as u64), problem.into());
+        match self.start_is_enough {
+            None => LogError::Malformed { path, place, problem },
+            Some(_) => LogError::Unchecked { path, place, problem },
+        }
     }
 
     /// What its metadata names and is not there, in words.
@@ -128,11 +147,15 @@ impl Bag {
                 each(Message { channel, location: Location { file, within }, log_time_ns, body });
             };
             match kind.framing() {
-                Some(framing) => {
-                    chunked::read_whole(path, framing, &self.count, &mut |channel, time, place, body| {
+                Some(framing) => chunked::read_whole(
+                    path,
+                    framing,
+                    &self.count,
+                    self.start_is_enough,
+                    &mut |channel, time, place, body| {
                         take(channel, time, Within::Record(place), body);
-                    })
-                }
+                    },
+                ),
                 None => sqlite::read_whole(path, &mut |channel, time, place, body| {
                     take(channel, time, Within::Sqlite(place), body);
                 }),

@@ -8,7 +8,7 @@ use crate::files::refuse_clashes;
 use crate::options::{Asked, output};
 
 /// What is to be written where.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) struct Outputs {
     /// Of each run.
     pub(super) residuals: Vec<Option<ResidualFile>>,

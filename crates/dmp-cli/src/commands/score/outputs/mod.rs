@@ -16,4 +16,4 @@ mod spool;
 pub(crate) mod targets;
 
 pub(crate) use args::Outputs;
-pub(crate) use recorder::Recorder;
+pub(crate) use recorder::{Recorded, Recorder};

@@ -1,6 +1,7 @@
 //! Chunks of a file that is read from start to end: unpacked a few at a time, on the threads of the pool that it is read in.
 
 use super::chunk::{ChunkDecoder, ChunkFault};
+use super::last_message::StartIsEnough;
 use super::records::Source;
 use crate::file::pool;
 use rayon::iter::{IntoParallelRefMutIterator as _, ParallelIterator as _};
@@ -43,13 +44,19 @@ impl Ahead {
     }
 
     /// Reads the chunk at `at`; whether those that wait are enough.
-    pub(super) fn read(&mut self, source: &mut Source, at: u64, body_bytes: u64) -> io::Result<bool> {
+    pub(super) fn read(
+        &mut self,
+        source: &mut Source,
+        at: u64,
+        body_bytes: u64,
+        enough: Option<StartIsEnough<'_>>,
+    ) -> io::Result<bool> {
         if self.chunks.len() == self.waiting {
             self.chunks.push(Coming::default());
         }
         let Some(chunk) = self.chunks.get_mut(self.waiting) else { return Ok(true) };
         (chunk.at, chunk.body_bytes) = (at, body_bytes);
-        chunk.fault = match chunk.decoder.read(source, at, body_bytes) {
+        chunk.fault = match chunk.decoder.read(source, at, body_bytes, enough) {
             Ok(()) => None,
             Err(ChunkFault::Io(error)) => return Err(error),
             Err(fault) => Some(fault),
@@ -61,12 +68,12 @@ impl Ahead {
     }
 
     /// Unpacks the chunks that wait: they come in the order of the file.
-    pub(super) fn unpack(&mut self) -> &mut [Coming] {
+    pub(super) fn unpack(&mut self, enough: Option<StartIsEnough<'_>>) -> &mut [Coming] {
         let waiting = std::mem::take(&mut self.waiting);
         self.bytes = 0;
         let chunks = &mut self.chunks[..waiting];
         chunks.par_iter_mut().filter(|chunk| chunk.fault.is_none()).for_each(|chunk| {
-            chunk.fault = chunk.decoder.unpack().err();
+            chunk.fault = chunk.decoder.unpack(enough).err();
         });
         chunks
     }
@@ -103,9 +110,9 @@ mod tests {
         for (packed_bytes, enough) in [(5 << 20, 2), (20 << 20, 1), (1 << 10, 4)] {
             let (file, body_bytes) = hollow(packed_bytes);
             let mut source = Source::open(file.path(), Framing::Mcap, &ReadCount::default()).unwrap();
-            let read = |_: &usize| ahead.read(&mut source, 0, body_bytes).unwrap();
+            let read = |_: &usize| ahead.read(&mut source, 0, body_bytes, None).unwrap();
             assert_eq!((1..10).find(read), Some(enough));
-            assert!(ahead.unpack().iter().all(|chunk| chunk.fault.is_some()));
+            assert!(ahead.unpack(None).iter().all(|chunk| chunk.fault.is_some()));
             ahead.trim();
             let kept_bytes: u64 = ahead.chunks.iter().map(|chunk| chunk.decoder.kept_bytes()).sum();
             assert!(kept_bytes <= 2 * KEPT_A_THREAD, "{kept_bytes}");

@@ -87,12 +87,16 @@ impl Channels {
         self.by_id.contains_key(&id)
     }
 
+    pub(super) fn get(&self, id: u32) -> Option<&Channel> {
+        self.by_id.get(&id).map(|described| &described.channel)
+    }
+
     /// The channel of a message; one that is nowhere described so far is counted.
     pub(super) fn of_message(&mut self, id: u32) -> Option<&Channel> {
         if !self.knows(id) {
             *self.unknown.entry(id).or_default() += 1;
         }
-        self.by_id.get(&id).map(|described| &described.channel)
+        self.get(id)
     }
 
     /// Numbers of channels whose messages were met before any description.

@@ -1,6 +1,7 @@
 //! A chunk, read, checked and unpacked.
 
 use super::framing::{Framing, HEAD_BYTES};
+use super::last_message::{StartIsEnough, Unpacked};
 use super::records::{MAX_RECORD_BYTES, Source};
 use super::ros1;
 use crate::file::shorten;
@@ -9,6 +10,7 @@ use dmp_lengths::thousands;
 use std::fmt;
 use std::io::{self, Read};
 use zstd::bulk::Decompressor;
+use zstd::stream::raw;
 
 /// Fixed part of the header of MCAP's: two times, size, checksum, length of the compression's name.
 const FIXED_BYTES: u64 = 32;
@@ -41,8 +43,13 @@ pub(super) struct ChunkDecoder {
     zstd: Option<Decompressor<'static>>,
     /// Of the chunk that was read last.
     head: ChunkHead,
-    packed: Vec<u8>,
-    records: Vec<u8>,
+    pub(super) packed: Vec<u8>,
+    pub(super) records: Vec<u8>,
+    /// For the starts of chunks, and whether one had long messages before the last.
+    pub(super) start_zstd: Option<raw::Decoder<'static>>,
+    pub(super) has_more_messages: bool,
+    /// How far it is unpacked already.
+    unpacked: Option<Unpacked>,
     met_no_crc: bool,
 }
 
@@ -53,7 +60,7 @@ impl fmt::Debug for ChunkDecoder {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-enum Packing {
+pub(super) enum Packing {
     #[default]
     None,
     Zstd,
@@ -62,12 +69,12 @@ enum Packing {
 }
 
 #[derive(Debug, Clone, Copy, Default)]
-struct ChunkHead {
-    uncompressed_bytes: u64,
+pub(super) struct ChunkHead {
+    pub(super) uncompressed_bytes: u64,
     crc: u32,
-    packing: Packing,
-    data_at: u64,
-    compressed_bytes: u64,
+    pub(super) packing: Packing,
+    pub(super) data_at: u64,
+    pub(super) compressed_bytes: u64,
 }
 
 impl ChunkDecoder {
@@ -79,34 +86,50 @@ impl ChunkDecoder {
         at: u64,
         body_bytes: u64,
     ) -> Result<&[u8], ChunkFault> {
-        self.read(source, at, body_bytes)?;
-        self.unpack()?;
+        self.read(source, at, body_bytes, None)?;
+        self.unpack(None)?;
         Ok(&self.records)
     }
 
-    pub(super) fn read(&mut self, source: &mut Source, at: u64, body_bytes: u64) -> Result<(), ChunkFault> {
+    /// The first half: reads the chunk, or no more of it than is enough.
+    pub(super) fn read(
+        &mut self,
+        source: &mut Source,
+        at: u64,
+        body_bytes: u64,
+        enough: Option<StartIsEnough<'_>>,
+    ) -> Result<(), ChunkFault> {
         self.records.clear();
         self.head = ChunkHead::default();
+        self.unpacked = None;
         let head = match source.framing {
             Framing::Mcap => read_head(source, at, body_bytes),
             Framing::Ros1 => read_ros1_head(source, at),
         }?;
-        let into = if head.packing == Packing::None { &mut self.records } else { &mut self.packed };
-        source.read_into(head.data_at, head.compressed_bytes, into)?;
         self.head = head;
-        Ok(())
+        if let Some(enough) = enough
+            && self.read_start(source, &head, enough)?
+        {
+            self.unpacked = Some(Unpacked::Start);
+            return Ok(());
+        }
+        self.records.clear();
+        let into = if head.packing == Packing::None { &mut self.records } else { &mut self.packed };
+        Ok(source.read_into(head.data_at, head.compressed_bytes, into)?)
     }
 
-    /// The second half: unpacks what was read and compares its checksum.
-    pub(super) fn unpack(&mut self) -> Result<(), ChunkFault> {
+    /// The second half: unpacks what was read and compares its checksum; neither of what is not needed.
+    pub(super) fn unpack(&mut self, enough: Option<StartIsEnough<'_>>) -> Result<(), ChunkFault> {
         let head = self.head;
-        match head.packing {
-            Packing::None => {}
-            Packing::Zstd => self.unpack_zstd(head.uncompressed_bytes)?,
-            Packing::Lz4 => self.unpack_lz4(head.uncompressed_bytes)?,
-            Packing::Bz2 => {
-                let bz2 = BzDecoder::new(self.packed.as_slice());
-                read_at_most(bz2, head.uncompressed_bytes, &mut self.records)?;
+        if let (None, Some(enough)) = (self.unpacked, enough.filter(|_| head.packing != Packing::None)) {
+            self.unpacked = self.unpack_start(&head, enough).ok();
+        }
+        match self.unpacked {
+            None => self.unpack_all(&head)?,
+            Some(Unpacked::All) => {}
+            Some(Unpacked::Start) => {
+                self.met_no_crc |= head.crc == 0;
+                return Ok(());
             }
         }
         if self.records.len() as u64 != head.uncompressed_bytes {
@@ -119,6 +142,21 @@ impl ChunkDecoder {
             return damaged(format!("its CRC is {crc:08x}, its header says {:08x}", head.crc));
         }
         Ok(())
+    }
+
+    fn unpack_all(&mut self, head: &ChunkHead) -> Result<(), ChunkFault> {
+        if head.packing != Packing::None {
+            self.records.clear();
+        }
+        match head.packing {
+            Packing::None => Ok(()),
+            Packing::Zstd => self.unpack_zstd(head.uncompressed_bytes),
+            Packing::Lz4 => self.unpack_lz4(head.uncompressed_bytes),
+            Packing::Bz2 => {
+                let bz2 = BzDecoder::new(self.packed.as_slice());
+                read_at_most(bz2, head.uncompressed_bytes, &mut self.records)
+            }
+        }
     }
 
     /// What the chunk that was read last takes: packed, or unpacked as it claims, whichever is more.

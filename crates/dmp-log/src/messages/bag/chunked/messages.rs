@@ -36,10 +36,7 @@ impl ChunkedMessages {
                     Ok(_) => self.chunk_at = Some(place.record_at),
                     Err(ChunkFault::Io(error)) => return Err(error.into()),
                     Err(ChunkFault::Damaged(problem)) => {
-                        let problem = format!(
-                            "the chunk at byte {} was whole and is not any more: {problem}",
-                            place.record_at
-                        );
+                        let problem = format!("the chunk at byte {} is damaged: {problem}", place.record_at);
                         return Err(MessageFault::Changed(problem));
                     }
                 }

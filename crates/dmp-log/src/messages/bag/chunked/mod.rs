@@ -5,6 +5,7 @@ mod channels;
 mod chunk;
 mod framing;
 mod heads;
+mod last_message;
 mod message_index;
 mod messages;
 mod part;

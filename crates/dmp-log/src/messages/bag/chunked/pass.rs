@@ -5,6 +5,7 @@ use super::ahead::Ahead;
 use super::channels::Channels;
 use super::chunk::{ChunkDecoder, ChunkFault};
 use super::framing::{Framing, Kind};
+use super::last_message::StartIsEnough;
 use super::message_index::Heads;
 use super::records::{MAX_RECORD_BYTES, RecordPlace, Records, Source};
 use crate::Damage;
@@ -26,6 +27,8 @@ pub(super) struct Pass<'a, 'b> {
     pub(super) channels: Channels,
     pub(super) damage: DamageList,
     pub(super) decoder: ChunkDecoder,
+    /// Of these messages, where they end a chunk of MCAP, no more is unpacked than a start, with zeros behind it.
+    pub(super) start_is_enough: Option<fn(&Channel) -> bool>,
     /// Where chunks are unpacked on several threads.
     pub(super) ahead: Option<Ahead>,
     pub(super) each: &'a mut Each<'b>,
@@ -45,6 +48,7 @@ impl<'a, 'b> Pass<'a, 'b> {
             channels,
             damage: DamageList::default(),
             decoder: ChunkDecoder::default(),
+            start_is_enough: None,
             ahead: None,
             each,
             messages: 0,
@@ -85,22 +89,36 @@ impl Pass<'_, '_> {
     pub(super) fn chunk(&mut self, source: &mut Source, at: u64, body_bytes: u64) -> io::Result<bool> {
         // Lent to this chunk: its records are looked at while the pass takes note of them.
         let mut decoder = std::mem::take(&mut self.decoder);
-        let decoded =
-            decoder.decode(source, at, body_bytes).map(|records| self.records_of(records, at, body_bytes));
+        let decoded = self.with_starts(|enough| {
+            decoder.read(source, at, body_bytes, enough)?;
+            decoder.unpack(enough)
+        });
+        let decoded = decoded.map(|()| self.records_of(decoder.records(), at, body_bytes));
         self.decoder = decoder;
         self.is_whole(decoded, at, body_bytes)
     }
 
     /// Reads a chunk that may wait for others; [`Self::take_ahead`] takes those that do.
     pub(super) fn chunk_ahead(&mut self, source: &mut Source, at: u64, body_bytes: u64) -> io::Result<()> {
-        let Some(ahead) = &mut self.ahead else { return self.chunk(source, at, body_bytes).map(drop) };
-        if ahead.read(source, at, body_bytes)? { self.take_ahead() } else { Ok(()) }
+        let Some(mut ahead) = self.ahead.take() else { return self.chunk(source, at, body_bytes).map(drop) };
+        let are_enough = self.with_starts(|enough| ahead.read(source, at, body_bytes, enough));
+        self.ahead = Some(ahead);
+        if are_enough? { self.take_ahead() } else { Ok(()) }
+    }
+
+    /// Calls `decode` with what says of which messages a start is enough.
+    fn with_starts<T>(&self, decode: impl FnOnce(Option<StartIsEnough<'_>>) -> T) -> T {
+        let of_channel = self.start_is_enough.filter(|_| self.framing == Framing::Mcap);
+        let Some(is_enough) = of_channel else { return decode(None) };
+        let channels = &self.channels;
+        let of_number = |id: u32| channels.get(id).is_some_and(is_enough);
+        decode(Some(&of_number))
     }
 
     /// Takes the chunks that wait, before anything that lies behind them.
     pub(super) fn take_ahead(&mut self) -> io::Result<()> {
         let Some(mut ahead) = self.ahead.take() else { return Ok(()) };
-        for chunk in ahead.unpack() {
+        for chunk in self.with_starts(|enough| ahead.unpack(enough)) {
             let decoded = chunk.fault.take().map_or(Ok(()), Err);
             if decoded.is_ok() {
                 self.records_of(chunk.decoder.records(), chunk.at, chunk.body_bytes);

@@ -9,22 +9,25 @@ use super::pass::{Each, Pass};
 use super::records::Source;
 use super::summary_hint::{self, SummaryHint};
 use crate::file::ReadCount;
-use crate::messages::bag::basics::FileFound;
+use crate::messages::bag::basics::{Channel, FileFound};
 use dmp_lengths::thousands;
 use std::io;
 use std::path::Path;
 
 /// Reads the whole file once, one chunk at a time, or a few in a pool with several threads. What is found is the same. Only the
-/// operating system makes it fail: whatever is wrong with the bytes is damage.
+/// operating system makes it fail: whatever is wrong with the bytes is damage. Messages of which a start is enough may come with
+/// zeros behind it; then their chunk was not checked.
 pub(in crate::messages::bag) fn read_whole(
     path: &Path,
     framing: Framing,
     count: &ReadCount,
+    start_is_enough: Option<fn(&Channel) -> bool>,
     each: &mut Each<'_>,
 ) -> io::Result<FileFound> {
     let mut source = Source::open(path, framing, count)?;
     let mut pass = Pass::new(framing, Channels::default(), each);
     pass.ahead = Ahead::here();
+    pass.start_is_enough = start_is_enough;
     pass.file(&mut source)?;
     Ok(pass.found(&source).0)
 }
