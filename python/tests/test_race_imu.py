@@ -95,6 +95,7 @@ def test_what_is_no_imu_of_this_log_is_refused(measured, stamps, tmp_path):
         ([*text[:5], "1.7e18,0,0,0,0,0,9.8"], "line 6: invalid literal"),
         ([*text[:5], "17,0,0,nan,0,0,9.8"], "measurement 0 is not finite"),
         (text[:1], "no measurement"),
+        (text[1::50], "measurements are too few for "),
         (in_g, "the mean acceleration is 1.01, not about 9.8 m/s² with gravity"),
         (text[:20], "the scans are from 1700000000.000 to"),
     ]:

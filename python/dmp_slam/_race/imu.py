@@ -22,6 +22,8 @@ Row = Tuple[int, Sequence[float], Sequence[float]]
 _GRAVITY_M_S2 = (8.0, 12.0)
 #: How far scans may lie outside of what was measured, nanoseconds.
 _OUTSIDE_NS = NS // 2
+#: Fewest measurements for a scan.
+_LEAST_A_SCAN = 2
 
 
 def read(source: StrPath | None, log: Any, path: str, imu_from_lidar: Pose, stamps_ns: Sequence[int]) -> Imu:
@@ -128,3 +130,6 @@ def _check(name: str, imu: Imu, stamps_ns: Sequence[int]) -> None:
     if first > stamps_ns[0] + _OUTSIDE_NS or last < stamps_ns[-1] - _OUTSIDE_NS:
         measured, scanned = f"{first / NS:.3f} to {last / NS:.3f} s", f"{stamps_ns[0] / NS:.3f} to {stamps_ns[-1] / NS:.3f} s"
         raise InputError(f"{name}: it measured from {measured}, the scans are from {scanned}")
+    during = int(((imu.stamps_ns >= stamps_ns[0] - _OUTSIDE_NS) & (imu.stamps_ns <= stamps_ns[-1] + _OUTSIDE_NS)).sum())
+    if during < _LEAST_A_SCAN * len(stamps_ns):
+        raise InputError(f"{name}: {during} measurements are too few for {len(stamps_ns)} scans")

@@ -12,7 +12,6 @@ mod export;
 mod interval;
 mod judge;
 mod logs;
-mod moving;
 mod noisy;
 mod null;
 mod observe;
@@ -42,7 +41,6 @@ enum StudyTask {
     Drift(drift::DriftArgs),
     Repair(repair::RepairArgs),
     Conventions(conventions::ConventionsArgs),
-    Moving(moving::MovingArgs),
     /// Write a drive as a folder of scans with times, and its truth beside it as FOLDER.truth.tum
     ///
     /// xtask/odometry/odometry.py reads the folder.
@@ -62,7 +60,6 @@ pub(crate) fn run(arguments: &StudyArgs) -> anyhow::Result<()> {
         StudyTask::Drift(arguments) => drift::run(arguments),
         StudyTask::Repair(arguments) => repair::run(arguments),
         StudyTask::Conventions(arguments) => conventions::run(arguments),
-        StudyTask::Moving(arguments) => moving::run(arguments),
         StudyTask::Export { drive, output } => export::export(&drives::find(drive)?, output),
     }
 }
