@@ -4,13 +4,13 @@
 //! [`evaluate`] takes a log of scans and the [`Run`]s to compare; a run is a trajectory and optionally a map.
 //! It returns a [`Report`]: every run's scores, every pair's verdict and the ranking. First it plans: which
 //! scans, returns, voxels and segments count, the same for all runs. Then it fuses each run's map, casts
-//! every return into every map, and reduces the residuals. It reads the log twice and an eighth of it once
-//! more, on any number of threads and in bounded memory. Reading order, threads and memory change no number.
+//! a share of the returns into every map, and reduces the residuals. It reads every scan once, and a few before that to
+//! plan, on any number of threads and in bounded memory. Reading order, threads and memory change no number.
 //!
 //! The pieces:
 //! - [`Config`] holds every setting; its default fits a drive. [`Config::on`] resolves it for a log into
 //!   [`Settings`], which change numbers, and [`Means`] (memory, threads, folders), which do not.
-//! - [`evaluate`] scores all returns. [`evaluate_quick`] scores few scans and reads little of the
+//! - [`evaluate`] scores all scans. [`evaluate_quick`] scores few scans and reads little of the
 //!   log. [`PlannedScore`] runs the passes apart. [`fuse_maps`] only makes the maps; [`map_of_cloud`] makes the map of a cloud or a mesh;
 //!   [`check_cloud`] says how good a cloud is alone.
 //! - [`Progress`] receives the progress and may stop the evaluation. A [`Sink`] receives returns, scans,

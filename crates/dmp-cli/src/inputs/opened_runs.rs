@@ -59,18 +59,18 @@ impl OpenedRuns<()> {
 }
 
 impl OpenedRuns<LogOutline> {
-    /// The same with no more of the log than its index, where `is_enough`; else nothing is printed.
+    /// The same with no more of the log than its index, where `is_enough`; else nothing is printed, and the runs come back.
     pub(crate) fn outline_if(
         started: Runs,
         log: &LogInput,
         asked: &Asked,
         common: &Common,
         is_enough: impl FnOnce(&LogOutline) -> bool,
-    ) -> anyhow::Result<Option<Self>> {
+    ) -> anyhow::Result<Result<Self, Runs>> {
         let in_log = started.in_log();
         let log = log.outline()?;
         if !is_enough(&log) {
-            return Ok(None);
+            return Ok(Err(started));
         }
         let found = Found::of(started, LogHead::of_outline(&log), asked, None)?;
         if !common.quiet {
@@ -84,7 +84,7 @@ impl OpenedRuns<LogOutline> {
             announce::extrinsics(&common.host, &found.loaded, &found.extrinsics);
         }
         let is_damaged = !log.summary().damage.is_empty();
-        Ok(Some(found.with_log(log, is_damaged, std::iter::repeat(MapSource::Fused))))
+        Ok(Ok(found.with_log(log, is_damaged, std::iter::repeat(MapSource::Fused))))
     }
 }
 

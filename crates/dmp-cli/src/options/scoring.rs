@@ -73,7 +73,7 @@ pub(crate) static SAME_WITHIN: Opt<f64> = Opt {
 pub(crate) static RETURNS: Opt<CastReturns> = Opt {
     sets: Some(|config, returns| config.returns = returns),
     help: "Cast one of every few consecutive returns of a scan, or `all`. The maps are made of all returns. Default: 1/8 of a long \
-           log, more of a shorter one; all with --residuals",
+           log, less of dense scans, more of a short log; all with --residuals",
     ..Opt::text(Sampling, "returns", "SHARE", "1/4", values::returns)
 };
 pub(crate) static QUICK: Opt<bool> = Opt {

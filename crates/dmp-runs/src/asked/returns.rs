@@ -6,15 +6,17 @@ use serde::{Deserialize, Serialize};
 use crate::asked::error::EvaluateError;
 use crate::asked::setting_name::SettingName;
 
-/// By default one of this many consecutive returns is cast, where the log has returns enough.
-const ONE_IN: u32 = 8;
-/// Enough: as many are cast, at least.
+/// By default one of this many consecutive returns is cast, where the log has returns enough: as many are cast, at least.
+const ONE_IN: u64 = 8;
 const FEWEST_CAST: u64 = 500_000;
+/// Where scans have so many returns that more than these are cast of each, one of up to so many is enough.
+const FEWEST_OF_SCAN: u64 = 1_500;
+const ONE_IN_DENSE: u64 = 64;
 
 /// How many of the returns of a scored scan are cast.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum CastReturns {
-    /// By their number: one of 8, 4 or 2 consecutive ones, or every one where these are too few.
+    /// By their number: one of 2 to 64 consecutive ones, or every one where these are too few.
     #[default]
     ByNumber,
     /// One of so many consecutive ones; 1: every one.
@@ -30,14 +32,17 @@ pub struct ReturnDraw {
 }
 
 impl CastReturns {
-    /// The draw where `returns` could be cast.
-    pub fn draw(self, returns: u64, seed: u64) -> ReturnDraw {
+    /// The draw where `returns` of so many `scans` could be cast.
+    pub fn draw(self, (returns, scans): (u64, usize), seed: u64) -> ReturnDraw {
         let one_in = match self {
-            Self::OneIn(one_in) => one_in,
-            Self::ByNumber if returns < 2 * FEWEST_CAST => 1,
-            Self::ByNumber => ONE_IN.min(1 << (returns / FEWEST_CAST).ilog2()),
+            Self::OneIn(one_in) => one_in as usize,
+            Self::ByNumber => {
+                let of_scan = returns / scans.max(1) as u64;
+                let most = (of_scan / FEWEST_OF_SCAN).clamp(ONE_IN, ONE_IN_DENSE);
+                1 << (returns / FEWEST_CAST).clamp(1, most).ilog2()
+            }
         };
-        ReturnDraw { one_in: one_in as usize, seed: mixed(seed) }
+        ReturnDraw { one_in, seed: mixed(seed) }
     }
 
     pub(crate) fn check(self) -> Result<(), EvaluateError> {
@@ -79,17 +84,24 @@ mod tests {
 
     #[test]
     fn a_long_log_is_thinned_and_a_short_one_is_not() {
-        let one_in = |returns| CastReturns::ByNumber.draw(returns, 0).one_in();
-        assert_eq!([0, 999_999, 1_000_000, 1_999_999, 2_000_000].map(one_in), [1, 1, 2, 2, 4]);
-        assert_eq!([3_999_999, 4_000_000, 1 << 50].map(one_in), [4, 8, 8]);
-        assert_eq!(CastReturns::OneIn(3).draw(5, 0).one_in(), 3);
+        let one_in = |returns, scans| CastReturns::ByNumber.draw((returns, scans), 0).one_in();
+        let of_short = |returns| one_in(returns, 1);
+        assert_eq!([0, 999_999, 1_000_000, 1_999_999, 2_000_000].map(of_short), [1, 1, 2, 2, 4]);
+        // Of 16 and 64 beams, and of a depth camera.
+        assert_eq!([3_999_999, 4_000_000].map(|returns| one_in(returns, 400)), [4, 8]);
+        assert_eq!(
+            [11_000, 23_999, 24_000, 55_000, 307_200].map(|n| one_in(1000 * n, 1000)),
+            [8, 8, 16, 32, 64]
+        );
+        assert_eq!((one_in(0, 0), one_in(u64::MAX, 1)), (1, 64));
+        assert_eq!(CastReturns::OneIn(3).draw((5, 1), 0).one_in(), 3);
         assert!(CastReturns::OneIn(0).check().is_err() && CastReturns::OneIn(1001).check().is_err());
     }
 
     #[test]
     fn one_of_eight_consecutive_returns_is_drawn_each_as_often() {
         assert!(ReturnDraw::ALL.of_scan(3, 5).eq(0..5));
-        let draw = |seed| CastReturns::OneIn(8).draw(0, seed);
+        let draw = |seed| CastReturns::OneIn(8).draw((0, 0), seed);
         let mut drawn = [0_u32; 20];
         for scan in 0..4000 {
             let places: Vec<usize> = draw(1).of_scan(scan, 20).collect();

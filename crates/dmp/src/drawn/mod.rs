@@ -133,7 +133,7 @@ mod tests {
 
     #[test]
     fn the_drawn_returns_of_a_scan_are_read_as_they_were_and_long_scans_are_not_kept() {
-        let draw = CastReturns::OneIn(8).draw(0, 5);
+        let draw = CastReturns::OneIn(8).draw((0, 0), 5);
         let drawn = DrawnScans::new(Choice::ToCast(draw), 40, &std::env::temp_dir()).unwrap();
         let frame =
             |ordinal: usize| PlannedFrame { frame: ordinal, number: 3 * ordinal, stamp_ns: None, returns: 0 };

@@ -51,7 +51,7 @@ impl Plan {
         settings: &Settings,
     ) -> Self {
         let returns = selection.frames.iter().map(|frame| frame.returns).sum();
-        let draw = settings.returns.draw(returns, settings.seed);
+        let draw = settings.returns.draw((returns, selection.frames.len()), settings.seed);
         Self { selection, filter, surveyed, draw }
     }
 

@@ -21,6 +21,7 @@ use crate::inputs::{LogInput, Runs, announce};
 use crate::named::maps_of;
 use crate::options::{Asked, Out, Spec, input, output, scoring};
 use outputs::Outputs;
+use whole::ScoredRuns;
 
 pub(crate) static SPEC: Spec = Spec {
     name: "score",
@@ -92,12 +93,14 @@ pub(crate) fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::
     let outputs = Outputs::of(asked, &started.names(), &inputs(asked, &log))?;
     let gate_args = GateArgs::from_arg_matches(asked.matches())?;
     let gates = gate_args.start(&started.names())?;
-    let quick = asked.has(&scoring::QUICK).then(|| quick::score(asked, &log, &config, common)).transpose()?;
-    let (report, damaged, recorded) = if let Some((report, damaged)) = quick.flatten() {
-        (report, damaged, None)
+    let quick = if asked.has(&scoring::QUICK) {
+        quick::score(asked, (&log, started), &config, common)?
     } else {
-        let scored = whole::score(asked, (&log, started, maps), outputs, &config, common)?;
-        (scored.report, scored.damaged, Some(scored.recorded))
+        Err(started)
+    };
+    let ScoredRuns { report, damaged, recorded } = match quick {
+        Ok(scored) => scored,
+        Err(started) => whole::score(asked, (&log, started, maps), outputs, &config, common)?,
     };
     let checked = gates.check(&report);
     let remarks = gates::failures(&checked);

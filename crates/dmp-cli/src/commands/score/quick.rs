@@ -1,21 +1,21 @@
 //! A quick score of a log, unless it is a short one.
 
-use dmp::{Config, Report, evaluate_quick, quick_steps};
+use dmp::{Config, evaluate_quick, quick_steps};
 use dmp_draw::text::counted;
 
+use super::whole::ScoredRuns;
 use crate::console::{Common, Progress, say};
 use crate::inputs::{LogInput, OpenedRuns, Runs, vetting};
 use crate::options::Asked;
 
-/// A quick score, and whether part of what it read is lost; `None` of a log that is so short that all of it is scored.
+/// A quick score; the runs where a log is so short that all of it is scored.
 pub(super) fn score(
     asked: &Asked,
-    log: &LogInput,
+    (log, started): (&LogInput, Runs),
     config: &Config,
     common: &Common,
-) -> anyhow::Result<Option<(Report, bool)>> {
+) -> anyhow::Result<Result<ScoredRuns, Runs>> {
     let config = Config { checkpoint_every: None, ..config.clone() };
-    let started = Runs::start_some(asked)?;
     let opened = OpenedRuns::outline_if(started, log, asked, common, |log| {
         let scans = log.scans().len();
         let is_enough = !quick_steps(scans).is_empty();
@@ -28,12 +28,15 @@ pub(super) fn score(
         }
         is_enough
     })?;
-    let Some(opened) = opened else { return Ok(None) };
+    let opened = match opened {
+        Ok(opened) => opened,
+        Err(started) => return Ok(Err(started)),
+    };
     let (opened, vetted) = vetting::checked_outline(opened, log, asked, &config, common)?;
     let OpenedRuns { log, runs, unread, damaged, .. } = opened;
     let report = evaluate_quick(&log, &runs, &config, &Progress::new(common))?;
     let report = vetting::reported(report, vetted.as_ref(), &unread);
     // What is lost shows where it is read.
     let damaged = damaged || !report.inputs.damage.is_empty();
-    Ok(Some((report, damaged)))
+    Ok(Ok(ScoredRuns { report, damaged, recorded: None }))
 }

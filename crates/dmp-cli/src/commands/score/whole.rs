@@ -9,11 +9,12 @@ use crate::inputs::{LogHead, LogInput, OpenedRuns, Runs, announce, vetting};
 use crate::options::Asked;
 
 /// What was found, and what is to be written of it.
-pub(super) struct Scored {
+pub(super) struct ScoredRuns {
     pub(super) report: Report,
     /// Whether part of the log or of a run is lost.
     pub(super) damaged: bool,
-    pub(super) recorded: Recorded,
+    /// `None` where nothing was kept beside the report.
+    pub(super) recorded: Option<Recorded>,
 }
 
 /// Scores runs on all scans. Where a scan turns out to be damaged, the log is opened again and goes without it.
@@ -23,7 +24,7 @@ pub(super) fn score(
     outputs: Outputs,
     config: &Config,
     common: &Common,
-) -> anyhow::Result<Scored> {
+) -> anyhow::Result<ScoredRuns> {
     let as_read = log.checked_as_read();
     let opened = OpenedRuns::open(started, maps, &as_read, asked, config.threads, common)?;
     let again = opened.runs_only();
@@ -50,7 +51,7 @@ fn scored(
     outputs: Outputs,
     config: &Config,
     common: &Common,
-) -> anyhow::Result<Scored> {
+) -> anyhow::Result<ScoredRuns> {
     check_memory(opened.log.as_ref(), &opened.runs, config)?;
     let (opened, vetted) = vetting::checked(opened, log, asked, config, common)?;
     let OpenedRuns { log, runs, unread, is_read, damaged } = opened;
@@ -61,7 +62,7 @@ fn scored(
     let evaluated = evaluate(log.as_ref(), &runs, config, (&recorder, &recorder));
     let evaluated = evaluated.map(|report| vetting::reported(report, vetted.as_ref(), &unread));
     let (report, recorded) = recorder.end(evaluated)?;
-    Ok(Scored { report, damaged, recorded })
+    Ok(ScoredRuns { report, damaged, recorded: Some(recorded) })
 }
 
 /// Whether a scan is damaged that was not checked when the log was opened.

@@ -70,7 +70,8 @@ impl Sketch {
         let all_fused = runs.iter().all(|run| run.map == MapSource::Fused);
         let basis = if all_fused { Basis::CrossValidated } else { Basis::Near };
         let returns = log.frames().iter().map(|frame| frame.returns).sum::<u64>() / settings.every as u64;
-        let expected = returns / settings.returns.draw(returns, 0).one_in() as u64;
+        let scans = log.frames().len() / settings.every;
+        let expected = returns / settings.returns.draw((returns, scans), 0).one_in() as u64;
         Ok(Self {
             host: host.clone(),
             wanted,
