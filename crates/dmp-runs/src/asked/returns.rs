@@ -10,7 +10,7 @@ use crate::asked::setting_name::SettingName;
 const ONE_IN: u64 = 8;
 const FEWEST_CAST: u64 = 500_000;
 /// Where scans have so many returns that more than these are cast of each, one of up to so many is enough.
-const FEWEST_OF_SCAN: u64 = 1_500;
+const FEWEST_OF_SCAN: u64 = 3_000;
 const ONE_IN_DENSE: u64 = 64;
 
 /// How many of the returns of a scored scan are cast.
@@ -90,7 +90,7 @@ mod tests {
         // Of 16 and 64 beams, and of a depth camera.
         assert_eq!([3_999_999, 4_000_000].map(|returns| one_in(returns, 400)), [4, 8]);
         assert_eq!(
-            [11_000, 23_999, 24_000, 55_000, 307_200].map(|n| one_in(1000 * n, 1000)),
+            [24_000, 47_999, 48_000, 96_000, 307_200].map(|n| one_in(1000 * n, 1000)),
             [8, 8, 16, 32, 64]
         );
         assert_eq!((one_in(0, 0), one_in(u64::MAX, 1)), (1, 64));
