@@ -1,7 +1,7 @@
 //! A chunk, read, checked and unpacked.
 
 use super::framing::{Framing, HEAD_BYTES};
-use super::last_message::{StartIsEnough, Unpacked};
+use super::last_message::{ChunkStarts, FIRST_BYTES, StartIsEnough, Unpacked};
 use super::records::{MAX_RECORD_BYTES, Source};
 use super::ros1;
 use crate::file::shorten;
@@ -10,7 +10,6 @@ use dmp_lengths::thousands;
 use std::fmt;
 use std::io::{self, Read};
 use zstd::bulk::Decompressor;
-use zstd::stream::raw;
 
 /// Fixed part of the header of MCAP's: two times, size, checksum, length of the compression's name.
 const FIXED_BYTES: u64 = 32;
@@ -43,11 +42,9 @@ pub(super) struct ChunkDecoder {
     zstd: Option<Decompressor<'static>>,
     /// Of the chunk that was read last.
     head: ChunkHead,
-    pub(super) packed: Vec<u8>,
-    pub(super) records: Vec<u8>,
-    /// For the starts of chunks, and whether one had long messages before the last.
-    pub(super) start_zstd: Option<raw::Decoder<'static>>,
-    pub(super) has_more_messages: bool,
+    packed: Vec<u8>,
+    records: Vec<u8>,
+    starts: ChunkStarts,
     /// How far it is unpacked already.
     unpacked: Option<Unpacked>,
     met_no_crc: bool,
@@ -60,7 +57,7 @@ impl fmt::Debug for ChunkDecoder {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(super) enum Packing {
+enum Packing {
     #[default]
     None,
     Zstd,
@@ -69,12 +66,12 @@ pub(super) enum Packing {
 }
 
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct ChunkHead {
-    pub(super) uncompressed_bytes: u64,
+struct ChunkHead {
+    uncompressed_bytes: u64,
     crc: u32,
-    pub(super) packing: Packing,
-    pub(super) data_at: u64,
-    pub(super) compressed_bytes: u64,
+    packing: Packing,
+    data_at: u64,
+    compressed_bytes: u64,
 }
 
 impl ChunkDecoder {
@@ -107,11 +104,12 @@ impl ChunkDecoder {
             Framing::Ros1 => read_ros1_head(source, at),
         }?;
         self.head = head;
-        if let Some(enough) = enough
-            && self.read_start(source, &head, enough)?
-        {
-            self.unpacked = Some(Unpacked::Start);
-            return Ok(());
+        if let Some(enough) = enough.filter(|_| self.starts.may_be_first_bytes(head.uncompressed_bytes)) {
+            source.read_into(head.data_at, head.compressed_bytes.min(FIRST_BYTES), &mut self.packed)?;
+            self.unpacked = self.unpack_start(enough).ok().filter(|unpacked| *unpacked == Unpacked::Start);
+            if self.unpacked.is_some() {
+                return Ok(());
+            }
         }
         self.records.clear();
         let into = if head.packing == Packing::None { &mut self.records } else { &mut self.packed };
@@ -122,7 +120,7 @@ impl ChunkDecoder {
     pub(super) fn unpack(&mut self, enough: Option<StartIsEnough<'_>>) -> Result<(), ChunkFault> {
         let head = self.head;
         if let (None, Some(enough)) = (self.unpacked, enough.filter(|_| head.packing != Packing::None)) {
-            self.unpacked = self.unpack_start(&head, enough).ok();
+            self.unpacked = self.unpack_start(enough).ok();
         }
         match self.unpacked {
             None => self.unpack_all(&head)?,
@@ -142,6 +140,18 @@ impl ChunkDecoder {
             return damaged(format!("its CRC is {crc:08x}, its header says {:08x}", head.crc));
         }
         Ok(())
+    }
+
+    /// As far as is enough.
+    fn unpack_start(&mut self, enough: StartIsEnough<'_>) -> io::Result<Unpacked> {
+        let (packed, bytes, records) =
+            (self.packed.as_slice(), self.head.uncompressed_bytes, &mut self.records);
+        match self.head.packing {
+            Packing::None => self.starts.unpack(&mut &*packed, bytes, records, enough),
+            Packing::Zstd => self.starts.unpack_zstd(packed, bytes, records, enough),
+            Packing::Lz4 => self.starts.unpack(&mut lz4::Decoder::new(packed)?, bytes, records, enough),
+            Packing::Bz2 => Err(io::ErrorKind::Unsupported.into()),
+        }
     }
 
     fn unpack_all(&mut self, head: &ChunkHead) -> Result<(), ChunkFault> {

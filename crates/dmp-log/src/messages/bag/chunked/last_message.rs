@@ -1,8 +1,7 @@
 //! A chunk that ends in a scan is unpacked no further than the first points of it, where nothing more is asked.
 
-use super::chunk::{ChunkDecoder, ChunkFault, ChunkHead, Packing};
 use super::framing::{Framing, HEAD_BYTES, Kind};
-use super::records::Source;
+use std::fmt;
 use std::io::{self, Read};
 use std::ops::RangeInclusive;
 use zstd::stream::raw::{Decoder, InBuffer, Operation as _, OutBuffer};
@@ -15,7 +14,7 @@ const CHUNK_BYTES: RangeInclusive<u64> = 256 << 10..=16 << 20;
 /// What is unpacked of the last message. The layout of points takes less.
 const START_BYTES: usize = 8 << 10;
 /// What is read of a packed chunk to see whether it has one message: a block of zstd gives at most 128 KiB.
-const FIRST_BYTES: u64 = 144 << 10;
+pub(super) const FIRST_BYTES: u64 = 144 << 10;
 
 /// How far a chunk was unpacked.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -25,7 +24,23 @@ pub(super) enum Unpacked {
     All,
 }
 
-/// Of the same buffers as for the chunk before.
+/// Unpacks chunks no further than is enough.
+#[derive(Default)]
+pub(super) struct ChunkStarts {
+    zstd: Option<Decoder<'static>>,
+    /// Whether a chunk had long messages before the last.
+    has_more_messages: bool,
+}
+
+impl fmt::Debug for ChunkStarts {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("ChunkStarts")
+            .field("has_more_messages", &self.has_more_messages)
+            .finish_non_exhaustive()
+    }
+}
+
+/// With the buffers of the chunk before.
 struct Unzstd<'a> {
     zstd: &'a mut Decoder<'static>,
     packed: InBuffer<'a>,
@@ -39,63 +54,56 @@ impl Read for Unzstd<'_> {
     }
 }
 
-impl ChunkDecoder {
-    /// Reads and unpacks no more of a chunk than is enough; whether that could be done with its first bytes.
-    pub(super) fn read_start(
-        &mut self,
-        source: &mut Source,
-        head: &ChunkHead,
-        enough: StartIsEnough<'_>,
-    ) -> io::Result<bool> {
-        // Chunks of a file are alike.
-        if self.has_more_messages || !CHUNK_BYTES.contains(&head.uncompressed_bytes) {
-            return Ok(false);
-        }
-        source.read_into(head.data_at, head.compressed_bytes.min(FIRST_BYTES), &mut self.packed)?;
-        Ok(matches!(self.unpack_start(head, enough), Ok(Unpacked::Start)))
+impl ChunkStarts {
+    /// Whether the first bytes of a chunk may be enough, which unpacks to so many: chunks of a file are alike.
+    pub(super) fn may_be_first_bytes(&self, chunk_bytes: u64) -> bool {
+        !self.has_more_messages && CHUNK_BYTES.contains(&chunk_bytes)
     }
 
-    /// Unpacks what was read of a chunk as far as is enough; an error where it is damaged or too little was read.
-    pub(super) fn unpack_start(
+    /// The same as [`Self::unpack`] of zstd.
+    pub(super) fn unpack_zstd(
         &mut self,
-        head: &ChunkHead,
+        packed: &[u8],
+        chunk_bytes: u64,
+        records: &mut Vec<u8>,
         enough: StartIsEnough<'_>,
-    ) -> Result<Unpacked, ChunkFault> {
-        let cut = || ChunkFault::Damaged("it is no row of whole records".to_owned());
-        if !CHUNK_BYTES.contains(&head.uncompressed_bytes) {
+    ) -> io::Result<Unpacked> {
+        let mut zstd = match self.zstd.take() {
+            Some(zstd) => zstd,
+            None => Decoder::new()?,
+        };
+        zstd.reinit()?;
+        let mut unpacker = Unzstd { zstd: &mut zstd, packed: InBuffer::around(packed) };
+        let unpacked = self.unpack(&mut unpacker, chunk_bytes, records, enough);
+        self.zstd = Some(zstd);
+        unpacked
+    }
+
+    /// Unpacks a chunk as far as is enough; an error where it is damaged or too little of it is there.
+    pub(super) fn unpack(
+        &mut self,
+        unpacker: &mut dyn Read,
+        chunk_bytes: u64,
+        records: &mut Vec<u8>,
+        enough: StartIsEnough<'_>,
+    ) -> io::Result<Unpacked> {
+        let cut = || io::Error::from(io::ErrorKind::InvalidData);
+        if !CHUNK_BYTES.contains(&chunk_bytes) {
             return Err(cut());
         }
-        let bytes = head.uncompressed_bytes as usize;
-        let Self { packed, records, start_zstd, has_more_messages, .. } = self;
-        let packed = packed.as_slice();
-        let mut unpacker: Box<dyn Read + '_> = match head.packing {
-            Packing::None => Box::new(packed),
-            Packing::Zstd => {
-                let zstd = match start_zstd.take() {
-                    Some(zstd) => zstd,
-                    None => Decoder::new()?,
-                };
-                let zstd = start_zstd.insert(zstd);
-                zstd.reinit()?;
-                Box::new(Unzstd { zstd, packed: InBuffer::around(packed) })
-            }
-            Packing::Lz4 => Box::new(lz4::Decoder::new(packed)?),
-            Packing::Bz2 => return Err(cut()),
-        };
+        let bytes = chunk_bytes as usize;
         records.clear();
         let mut at = 0;
         loop {
             let body_at = at + HEAD_BYTES as usize;
-            unpack_to(&mut unpacker, records, bytes.min(body_at + START_BYTES))?;
+            unpack_to(unpacker, records, bytes.min(body_at + START_BYTES))?;
             let (head, body) = records.get(at..).and_then(|rest| rest.split_first_chunk()).ok_or_else(cut)?;
             let [opcode, length @ ..]: [u8; HEAD_BYTES as usize] = *head;
             let length = usize::try_from(u64::from_le_bytes(length)).ok();
-            at = length
-                .and_then(|length| body_at.checked_add(length))
-                .filter(|&end| end <= bytes)
-                .ok_or_else(cut)?;
+            let end = length.and_then(|length| body_at.checked_add(length)).filter(|&end| end <= bytes);
+            at = end.ok_or_else(cut)?;
             if at < bytes {
-                *has_more_messages |= at > records.len();
+                self.has_more_messages |= at > records.len();
                 continue;
             }
             let channel = Framing::Mcap.split_message(body).map(|message| message.channel_id);
@@ -104,7 +112,7 @@ impl ChunkDecoder {
                 records.resize(bytes, 0);
                 return Ok(Unpacked::Start);
             }
-            unpack_to(&mut unpacker, records, bytes)?;
+            unpack_to(unpacker, records, bytes)?;
             // Also what ends the packed bytes is checked.
             return if unpacker.read(&mut [0])? == 0 { Ok(Unpacked::All) } else { Err(cut()) };
         }
