@@ -51,10 +51,11 @@ impl<L> OpenedRuns<L> {
 }
 
 impl OpenedRuns<()> {
-    /// The runs on a log of which part is lost.
-    pub(crate) fn on_damaged(self, log: Box<dyn ScanLog>) -> OpenedRuns {
+    /// The runs on the log, opened again.
+    pub(crate) fn on(self, log: Box<dyn ScanLog>) -> OpenedRuns {
         let Self { runs, unread, is_read, .. } = self;
-        OpenedRuns { log, runs, unread, is_read, damaged: true }
+        let damaged = self.damaged || !log.summary().damage.is_empty();
+        OpenedRuns { log, runs, unread, is_read, damaged }
     }
 }
 

@@ -11,7 +11,7 @@ use dmp_sensor::Scan;
 use super::Town;
 use super::raw::{Cloud, bag, bag_of_records, message_record, records_of, zstd_chunk, zstd_zeros};
 use super::table::Row;
-use crate::common::{dmp_command, open, real_data, text, workspace};
+use crate::common::{dmp_command, ends, open, real_data, scores, text, workspace};
 use crate::ros1::Bag;
 
 pub(super) const ROWS: &[Row] = &[
@@ -322,6 +322,32 @@ impl Progress for Meddler<'_> {
             *done = true;
         }
     }
+}
+
+/// In chunks that are not read whole to open the log: a byte at the start of one, and at its end.
+#[test]
+fn row_2_a_chunk_found_damaged_late_is_left_out_as_one_found_early() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    ends(folder, "simulate town --scans 60 --beams 64 --azimuth-steps 400 -o town.mcap", 0);
+    let whole = fs::read(folder.join("town.mcap")).unwrap();
+    let chunks: Vec<_> = records_of(&whole).into_iter().filter(|record| record.1 == 6).collect();
+    let (start, _, length) = chunks[2 * chunks.len() / 3];
+    let found = [("early", start + 9 + 44), ("late", start + 9 + length as usize - 200)].map(|(name, at)| {
+        let mut bytes = whole.clone();
+        bytes[at] ^= 0x20;
+        fs::write(folder.join("bad.mcap"), bytes).unwrap();
+        let output = ends(folder, "score bad.mcap -t town.truth.tum --json", 3);
+        assert_eq!(text(&output.stderr).contains("the scores begin again"), name == "late", "{name}");
+        let mut scores = scores(&output.stdout);
+        assert!(scores["inputs"]["damage"][0].as_str().unwrap().starts_with(&format!("byte {start}")));
+        // Why it is damaged differs.
+        for part in ["inputs", "warnings"] {
+            scores[part] = serde_json::Value::Null;
+        }
+        scores
+    });
+    assert_eq!(found[0], found[1]);
 }
 
 #[test]

@@ -106,7 +106,7 @@ fn a_log_that_is_another_now_is_named() {
     let mut chunk = whole.clone();
     chunk[whole.len() / 4] ^= 1;
     fs::write(&log, chunk).unwrap();
-    refused(folder, fuse, 1, &["town.mcap", "the chunk at byte"]);
+    refused(folder, fuse, 1, &["town.mcap", "the chunk at byte", " is damaged: "]);
     fs::remove_file(&log).unwrap();
     refused(folder, fuse, 2, &["town.mcap", "no such file"]);
     // It may lie elsewhere.

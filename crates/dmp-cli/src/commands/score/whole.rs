@@ -30,7 +30,7 @@ pub(super) fn score(
     let again = opened.runs_only();
     match scored(asked, (&as_read, opened), outputs.clone(), config, common) {
         Err(error) if is_unchecked(&error) => {
-            let opened = again.on_damaged(log.open(config.threads)?);
+            let opened = again.on(log.open(config.threads)?);
             if !common.quiet {
                 say!(
                     common.host,
