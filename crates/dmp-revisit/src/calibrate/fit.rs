@@ -10,9 +10,9 @@ use crate::calibrate::sample::Block;
 
 /// From far to near: cells of 2 m, of 1 m; times the metre.
 const LEVELS: [(Level, usize); 3] = [
-    (Level { edge_m: 2.0, thick_m: 0.5, every: 4 }, 5),
-    (Level { edge_m: 1.0, thick_m: 0.2, every: 2 }, 4),
-    (Level { edge_m: 1.0, thick_m: 0.1, every: 1 }, 4),
+    (Level { edge_m: 2.0, thick_m: 0.5, every: 4, derives: true }, 5),
+    (Level { edge_m: 1.0, thick_m: 0.2, every: 2, derives: true }, 4),
+    (Level { edge_m: 1.0, thick_m: 0.1, every: 1, derives: true }, 4),
 ];
 /// How far a step may go, in units of each axis.
 const LONGEST_STEP: f64 = 30.0;
@@ -43,14 +43,15 @@ pub(crate) fn thickness_m2(blocks: &[Block], mount: &Mount<'_>, metre_m: f64, st
     (all.weight > 0.0).then(|| all.squares_m2 / all.weight)
 }
 
-/// The sums of each block with these errors taken away.
+/// The thickness sums of each block with these errors taken away.
 pub(crate) fn of_blocks_at_finest(
     blocks: &[Block],
     mount: &Mount<'_>,
     metre_m: f64,
     steps: &Vector,
 ) -> Vec<Equations> {
-    of_blocks(blocks, mount, metre_m, steps, levels(metre_m)[LEVELS.len() - 1].0)
+    let [.., (finest, _)] = levels(metre_m);
+    of_blocks(blocks, mount, metre_m, steps, Level { derives: false, ..finest })
 }
 
 fn levels(metre_m: f64) -> [(Level, usize); LEVELS.len()] {
@@ -116,7 +117,7 @@ pub(crate) fn fit(
     let half_steps = system.half_interval(&of_blocks, &steps, confidence)?;
     let inverse = system.inverse(&Matrix::zeros())?;
     let gains = Vector::from_fn(|k, _| steps[k] * steps[k] / inverse[(k, k)]);
-    let given = total(&at(&Vector::zeros(), level));
+    let given = total(&at(&Vector::zeros(), Level { derives: false, ..level }));
     Some(Fitted {
         steps,
         half_steps,

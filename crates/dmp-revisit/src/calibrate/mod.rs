@@ -11,6 +11,7 @@
 mod axis;
 mod evidence;
 mod fit;
+mod knots;
 mod mount;
 mod planes;
 mod sample;

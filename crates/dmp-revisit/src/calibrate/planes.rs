@@ -10,6 +10,7 @@ use dmp_reduce::floor;
 use dmp_sensor::Vector3;
 
 use crate::calibrate::axis::{AXES, Matrix, Vector};
+use crate::calibrate::knots::Knots;
 use crate::calibrate::mount::{Moment, Trial};
 use crate::calibrate::sample::Block;
 
@@ -28,6 +29,8 @@ pub(crate) struct Level {
     pub(crate) edge_m: f64,
     pub(crate) thick_m: f64,
     pub(crate) every: usize,
+    /// Whether the changes with what is looked for are summed, too.
+    pub(crate) derives: bool,
 }
 
 /// The sums over the planes of a block: Σ w J Jᵀ and Σ w J r over their returns, r the distance to the plane, J its change
@@ -62,13 +65,15 @@ struct Placed {
     in_sensor_m: Vector3<f64>,
     after_ns: i64,
     scan: u32,
-    moment: u32,
+    /// The knot of the scan next to its time.
+    knot: u32,
 }
 
 /// What [`equations`] needs beside the sums, kept from block to block.
 #[derive(Debug, Default)]
 pub(crate) struct Buffers {
-    moments: Vec<Moment>,
+    /// By scan.
+    moments: Vec<Knots<Moment>>,
     placed: Vec<Placed>,
     /// What was placed, by its cell: numbers are sorted, since they are small.
     order: Vec<u64>,
@@ -88,29 +93,28 @@ pub(crate) fn equations(
     placed.clear();
     order.clear();
     let (mut cursors, mut origin_m) = (trial.cursors(), None);
-    for (scan, snapshot) in (0..).zip(&block.scans) {
+    for snapshot in &block.scans {
         let Some(stamp_ns) = trial.mount.stamp_ns(snapshot) else { continue };
-        let mut last_ns = None;
-        for one in snapshot.returns.iter().step_by(level.every) {
-            if last_ns != Some(one.after_ns) {
-                let Some(moment) = trial.at(&mut cursors, stamp_ns, one.after_ns) else { continue };
-                moments.push(moment);
-                last_ns = Some(one.after_ns);
-            }
-            let place_m = moments[moments.len() - 1].place(&one.in_sensor_m);
+        let returns = || snapshot.returns.iter().step_by(level.every);
+        let known = Knots::of(returns().map(|one| one.after_ns), |after_ns| {
+            trial.at(&mut cursors, stamp_ns, after_ns)
+        });
+        for one in returns() {
+            let Some(between) = known.between(one.after_ns) else { continue };
+            let place_m = between.place(|moment| moment.place(&one.in_sensor_m));
             let place_m = place_m - *origin_m.get_or_insert(place_m);
             let cell = [place_m.x, place_m.y, place_m.z].map(|c| floor(c / level.edge_m));
             let Some(key) = key_of(cell, placed.len()) else { continue };
             order.push(key);
-            let moment = (moments.len() - 1) as u32;
             placed.push(Placed {
                 place_m,
                 in_sensor_m: one.in_sensor_m,
                 after_ns: one.after_ns,
-                scan,
-                moment,
+                scan: moments.len() as u32,
+                knot: between.nearer,
             });
         }
+        moments.push(known);
     }
     order.sort_unstable();
     let mut sums = Equations::default();
@@ -138,7 +142,7 @@ fn key_of(cell: [i32; 3], index: usize) -> Option<u64> {
     (index < 1 << INDEX_BITS).then_some(key << INDEX_BITS | index as u64)
 }
 
-fn add_plane(cell: &[Placed], moments: &[Moment], level: Level, metre_m: f64, sums: &mut Equations) {
+fn add_plane(cell: &[Placed], moments: &[Knots<Moment>], level: Level, metre_m: f64, sums: &mut Equations) {
     // Within a cell the returns of a scan follow each other.
     let scans = 1 + cell.windows(2).filter(|pair| pair[0].scan != pair[1].scan).count();
     if scans < SCANS {
@@ -158,6 +162,14 @@ fn add_plane(cell: &[Placed], moments: &[Moment], level: Level, metre_m: f64, su
     if middle < EXTENT * level.edge_m * level.edge_m || least > FLATNESS * middle {
         return;
     }
+    // Geman–McClure on the thickness: thick planes are no planes.
+    let thin = 1.0 + least.max(0.0) / (level.thick_m * level.thick_m);
+    let weight = 1.0 / (thin * thin);
+    sums.squares_m2 += least.max(0.0) * count * weight;
+    sums.weight += count * weight;
+    if !level.derives {
+        return;
+    }
     let normal = Vector3::from(normal);
     let along = normal.cross(&if normal.x.abs() < 0.6 { Vector3::x() } else { Vector3::y() }).normalize();
     let across = normal.cross(&along);
@@ -168,12 +180,8 @@ fn add_plane(cell: &[Placed], moments: &[Moment], level: Level, metre_m: f64, su
     for one in cell {
         let d = one.place_m - mean_m;
         let on_plane = Vector3::new(1.0, along.dot(&d) / level.edge_m, across.dot(&d) / level.edge_m);
-        let change = Vector::from(moments[one.moment as usize].gradient(
-            &one.in_sensor_m,
-            one.after_ns,
-            &normal,
-            metre_m,
-        ));
+        let Some(moment) = moments[one.scan as usize].get(one.knot) else { continue };
+        let change = Vector::from(moment.gradient(&one.in_sensor_m, one.after_ns, &normal, metre_m));
         gram += on_plane * on_plane.transpose();
         with_plane += on_plane * change.transpose();
         hessian += change * change.transpose();
@@ -181,11 +189,6 @@ fn add_plane(cell: &[Placed], moments: &[Moment], level: Level, metre_m: f64, su
     }
     let Some(inverse) = gram.try_inverse() else { return };
     hessian -= with_plane.transpose() * inverse * with_plane;
-    // Geman–McClure on the thickness: thick planes are no planes.
-    let thin = 1.0 + least.max(0.0) / (level.thick_m * level.thick_m);
-    let weight = 1.0 / (thin * thin);
     sums.hessian += hessian * weight;
     sums.gradient += gradient * weight;
-    sums.squares_m2 += least.max(0.0) * count * weight;
-    sums.weight += count * weight;
 }

@@ -5,6 +5,7 @@ use dmp_sensor::{Track, Vector3};
 use rayon::prelude::*;
 
 use crate::calibrate::evidence::Interval;
+use crate::calibrate::knots::Knots;
 use crate::calibrate::mount::Mount;
 use crate::calibrate::sample::Block;
 
@@ -128,16 +129,18 @@ fn of_block(block: &Block, mount: &Mount<'_>, order: Order, cell_m: f64) -> Toge
         let mut cursor = track.cursor();
         let mut first = true;
         let returns_before = found.returns;
-        for one in snapshot.returns.iter().step_by(EVERY) {
-            let at = stamp_ns.checked_add(one.after_ns);
-            let Some(pose) = at.and_then(|ns| cursor.world_from_sensor_at(ns)) else { continue };
-            let rotation = match order {
-                Order::Straight => *first_rotation.get_or_insert(pose.rotation),
-                Order::Own | Order::Reversed => pose.rotation,
-            };
-            let place = pose.translation.vector + rotation * one.in_sensor_m;
+        let returns = || snapshot.returns.iter().step_by(EVERY);
+        let known = Knots::of(returns().map(|one| one.after_ns), |after_ns| {
+            cursor.world_from_sensor_at(stamp_ns.checked_add(after_ns)?)
+        });
+        for one in returns() {
+            let Some(between) = known.between(one.after_ns) else { continue };
+            let straight =
+                (order == Order::Straight).then(|| *first_rotation.get_or_insert(between.ends[0].rotation));
+            let place = between
+                .place(|pose| pose.translation.vector + straight.unwrap_or(pose.rotation) * one.in_sensor_m);
             if first {
-                let here = pose.translation.vector;
+                let here = between.place(|pose| pose.translation.vector);
                 if let Some((before_ns, before)) = before {
                     found.way_m += (here - before).norm();
                     found.way_s += stamp_ns.saturating_sub(before_ns) as f64 / 1e9;
