@@ -71,11 +71,6 @@ impl CrossingCounter {
         &self.store
     }
 
-    /// The map, when nothing more is counted.
-    pub fn into_store(self) -> Store {
-        self.store
-    }
-
     /// Number of tile loads so far.
     pub fn tile_loads(&self) -> u64 {
         self.tiles.loads()

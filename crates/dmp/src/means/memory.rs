@@ -101,9 +101,9 @@ impl Budget {
         self.share(LEFT_OUT_SHARE)
     }
 
-    /// For each of several runs during the search for trails, bytes.
-    pub(crate) fn trails(&self, runs: usize) -> TrailBytes {
-        TrailBytes { tiles: self.share(COUNTED_TILES_SHARE) / runs, counts: self.share(COUNTS_SHARE) / runs }
+    /// For the run whose trails are searched for, bytes.
+    pub(crate) fn trails(&self) -> TrailBytes {
+        TrailBytes { tiles: self.share(COUNTED_TILES_SHARE), counts: self.share(COUNTS_SHARE) }
     }
 
     fn share(&self, share: f64) -> usize {

@@ -3,7 +3,7 @@
 use dmp_cast::{CountBuffers, CrossingCounter, Query};
 use dmp_map::{Met, Store, Tally, TileId, thin_map};
 use dmp_reduce::FrameSet;
-use dmp_runs::{EvaluateError, PlannedFrame, PosedRun, Poser, Stage, posed, so_far};
+use dmp_runs::{EvaluateError, PlannedFrame, PosedRun, Poser, Progress, Stage, posed, so_far};
 use dmp_sensor::Scan;
 
 use crate::drawn::Followed;
@@ -22,41 +22,34 @@ const MIN_THROUGH: u32 = 2;
 /// most of what is seen, and a wrong run may contradict itself everywhere.
 const MOST_OUT: f64 = 1.0 / 3.0;
 
-/// A run's map at this stage.
-struct Counted {
-    counter: CrossingCounter,
-    /// `None` for a given map, which stays as it is.
-    tally: Option<Tally>,
-    facts: MapFacts,
-}
-
+/// Follows rays through the map of one run.
 struct CountWorker<'e> {
+    run: &'e PosedRun<'e, CrossingCounter>,
+    tally: &'e Tally,
     poser: Poser<'e>,
-    evaluation: &'e Evaluation<'e, Counted>,
+    pass_m: f64,
+    progress: &'e dyn Progress,
     queries: Vec<Query>,
     buffers: CountBuffers,
 }
 
 impl Worker for CountWorker<'_> {
     fn frame(&mut self, ordinal: usize, frame: &PlannedFrame, scan: &Scan) -> Result<(), EvaluateError> {
-        let Self { poser, evaluation, queries, buffers } = self;
-        let pass_m = evaluation.settings.scales.lengths().pass_m;
-        poser.blocks((ordinal, frame), scan, |block| {
-            for (number, run) in evaluation.runs.iter().enumerate() {
-                let Counted { counter, tally: Some(tally), .. } = &run.map else { continue };
-                let Some(pass) = run.path.pass(ordinal, pass_m) else { continue };
+        let Self { run, tally, poser, queries, buffers, .. } = self;
+        if let Some(pass) = run.path.pass(ordinal, self.pass_m) {
+            poser.blocks((ordinal, frame), scan, |block| {
                 queries.clear();
-                queries.extend(block.posed(number).map(|(_, &ray)| Query { ray, segment: None }));
-                counter.count(queries, pass, tally, buffers).map_err(EvaluateError::map_of(run.name()))?;
-            }
-            Ok::<(), EvaluateError>(())
-        })?;
-        evaluation.progress.advance(scan.len() as u64);
+                queries.extend(block.posed(0).map(|(_, &ray)| Query { ray, segment: None }));
+                let counted = run.map.count(queries, pass.clone(), tally, buffers);
+                counted.map_err(EvaluateError::map_of(run.name()))
+            })?;
+        }
+        self.progress.advance(scan.len() as u64);
         Ok(())
     }
 }
 
-impl<'a> Evaluation<'a, RunMap> {
+impl Evaluation<'_, RunMap> {
     /// The maps without what moved: a sample of the log's rays is followed through every map that was fused.
     ///
     /// # Errors
@@ -87,41 +80,58 @@ impl<'a> Evaluation<'a, RunMap> {
         self.thinned(&followed, |run, tile| reaches[run].contains(tile))
     }
 
+    /// One run after the other: the tiles and counts of one at a time are in memory.
     fn thinned(
         mut self,
         followed: &FrameSet,
         is_wanted: impl Fn(usize, TileId) -> bool + Sync,
     ) -> Result<Self, EvaluateError> {
-        let fused = self.runs.iter().filter(|run| run.map.facts.fused).count();
-        let (bytes, on_m) = (self.work.budget().trails(fused), self.settings.scales.lengths().blocked_m);
-        let begin = |run: PosedRun<'a, RunMap>| {
-            let (run, map) = run.with_map(());
-            let tally = map.facts.fused.then(|| Tally::new(bytes.counts, self.work.path())).transpose();
-            let tally = tally.map_err(EvaluateError::map_of(run.name()))?;
-            let counter = CrossingCounter::new(map.store, on_m, bytes.tiles);
-            Ok(run.with_map(Counted { counter, tally, facts: map.facts }).0)
-        };
-        let runs = std::mem::take(&mut self.runs);
-        let runs = runs.into_iter().map(begin).collect::<Result<_, EvaluateError>>()?;
-        let mut counted = self.with_runs(runs);
-        counted.follow(followed)?;
-        peak::look();
+        let (bytes, on_m) = (self.work.budget().trails(), self.settings.scales.lengths().blocked_m);
         let mut runs = Vec::new();
-        for (number, run) in std::mem::take(&mut counted.runs).into_iter().enumerate() {
-            let (run, Counted { counter, tally, facts }) = run.with_map(());
-            let map = if let Some(tally) = tally {
-                counted.fused.scratch_bytes += tally.scratch_bytes();
-                let map = (counter.store(), &tally);
-                let store = counted.thin(&run, map, |tile| is_wanted(number, tile))?;
-                let trails = Some(TrailFacts::of(counter.store(), &store));
+        for (number, run) in std::mem::take(&mut self.runs).into_iter().enumerate() {
+            let (run, RunMap { store, facts }) = run.with_map(());
+            let map = if facts.fused {
+                let tally = Tally::new(bytes.counts, self.work.path());
+                let tally = tally.map_err(EvaluateError::map_of(run.name()))?;
+                let counted = run.like(CrossingCounter::new(store, on_m, bytes.tiles));
+                self.follow(followed, &counted, &tally)?;
+                peak::look();
+                self.fused.scratch_bytes += tally.scratch_bytes();
+                let with_trails = counted.map.store();
+                let store = self.thin(&run, (with_trails, &tally), |tile| is_wanted(number, tile))?;
+                let trails = Some(TrailFacts::of(with_trails, &store));
                 RunMap { store, facts: MapFacts { trails, ..facts } }
             } else {
-                RunMap { store: counter.into_store(), facts }
+                RunMap { store, facts }
             };
             runs.push(run.with_map(map).0);
             peak::look();
         }
-        Ok(counted.with_runs(runs))
+        Ok(self.with_runs(runs))
+    }
+
+    fn follow(
+        &self,
+        followed: &FrameSet,
+        run: &PosedRun<'_, CrossingCounter>,
+        tally: &Tally,
+    ) -> Result<(), EvaluateError> {
+        let Self { log, plan, settings, means, progress, kept, .. } = self;
+        let followed: FrameSet = followed.iter().filter(|&ordinal| run.path.has(ordinal)).collect();
+        progress.begin(Stage::Trails, plan.returns_of(&followed));
+        let one_in = Followed::of(plan.frames()).one_in;
+        let worker = |_| CountWorker {
+            run,
+            tally,
+            poser: Poser::new(posed(std::slice::from_ref(run)), &plan.filter).taking_one_in(one_in),
+            pass_m: settings.scales.lengths().pass_m,
+            progress: *progress,
+            queries: Vec::new(),
+            buffers: CountBuffers::default(),
+        };
+        let workers = (0..means.threads).map(worker).collect();
+        let reading = Reading { drawn: kept.to_follow.as_deref(), ..plan.reading(*log, means, *progress) };
+        each_frame_of(reading, |ordinal| followed.contains(ordinal), workers).map(|_| ())
     }
 }
 
@@ -175,22 +185,4 @@ fn steps(length_m: f64, edge_m: f64) -> i32 {
 
 fn is_contradicted(met: Met) -> bool {
     met.through >= MIN_THROUGH && met.through > met.on / 2
-}
-
-impl Evaluation<'_, Counted> {
-    fn follow(&self, followed: &FrameSet) -> Result<(), EvaluateError> {
-        let followed: FrameSet = followed.iter().filter(|&ordinal| self.uses(ordinal)).collect();
-        self.progress.begin(Stage::Trails, self.plan.returns_of(&followed));
-        let one_in = Followed::of(self.plan.frames()).one_in;
-        let worker = |_| CountWorker {
-            poser: Poser::new(posed(&self.runs), &self.plan.filter).taking_one_in(one_in),
-            evaluation: self,
-            queries: Vec::new(),
-            buffers: CountBuffers::default(),
-        };
-        let workers = (0..self.means.threads).map(worker).collect();
-        let reading = self.plan.reading(self.log, &self.means, self.progress);
-        let reading = Reading { drawn: self.kept.to_follow.as_deref(), ..reading };
-        each_frame_of(reading, |ordinal| followed.contains(ordinal), workers).map(|_| ())
-    }
 }
