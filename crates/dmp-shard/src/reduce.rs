@@ -30,7 +30,7 @@ impl Shard<'_> {
         let maps = (0..self.runs.len()).map(|run| map_of(&merged, run)).collect();
         let cast = cast.into_iter().map(|(_, part)| part).collect();
         let mut report = planned.report(counts, maps, cast, start.elapsed().as_secs_f64())?;
-        report.drift = drift;
+        report.add_drift(drift);
         let pieces = merged.iter().flat_map(|(_, part)| part.pieces.iter().flatten());
         report.memory.disk_bytes += pieces.map(|piece| piece.bytes).sum::<u64>();
         self.plan.content.vetted.put_into(&mut report);

@@ -95,7 +95,7 @@ fn score<'a>(task: Task<'a>, runs: &'a [Run], looks: u32) -> Result<Report, Eval
     times.of.drift_s = times.lap_s();
 
     let mut report = maps.report(&scored, disk, times.stop(maps.means.threads));
-    report.drift = drift;
+    report.add_drift(drift);
     let stores: Vec<&Store> = maps.runs.iter().map(|run| run.map.caster.map()).collect();
     maps.sink.scored(&report, &stores);
     peak::look();

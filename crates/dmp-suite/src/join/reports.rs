@@ -158,7 +158,7 @@ pub(super) fn put_in_order(joined: &mut Report) {
     let order = ranked.iter().map(|ranked| name(ranked.run)).collect();
     joined.ties = ties;
     joined.order = order;
-    joined.list_equals_by_name();
+    joined.list_equals();
 }
 
 /// Every two of the names.

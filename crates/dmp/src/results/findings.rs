@@ -117,7 +117,7 @@ impl Findings<'_> {
             },
             tiles: tile_reports(scored),
         };
-        report.list_equals_by_name();
+        report.list_equals();
         warnings::add(&mut report, plan, scored, runs);
         report
     }
