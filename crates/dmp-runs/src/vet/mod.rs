@@ -74,10 +74,12 @@ fn vet_heads(
     let (settings, means) = config.on(heads.summary())?;
     check_runs(given)?;
     let extent = if matches!(heads, Heads::Log(_)) { Extent::Full } else { Extent::Few };
-    let blocks = sample::read(heads, extent, &settings, progress)?;
+    let pool = pool(means.threads)?;
+    let read = |extent: Extent| pool.install(|| sample::read(heads, extent, &settings, progress));
+    let blocks = read(extent)?;
     // Few scans do not show an instant. What else is said of a run does not depend on whether others have stamps.
     let is_open = extent == Extent::Few && given.iter().any(look::has_open_instant);
-    let more = is_open.then(|| sample::read(heads, Extent::Full, &settings, progress)).transpose()?;
+    let more = is_open.then(|| read(Extent::Full)).transpose()?;
     let of_instant = more.as_deref().unwrap_or(&blocks);
     let look = Look { heads, settings: &settings, blocks: &blocks, of_instant };
     depth_units::check(&look, given)?;
@@ -88,7 +90,7 @@ fn vet_heads(
         found
     };
     let all = || given.iter().map(at).collect::<Result<Vec<_>, _>>();
-    let mut found = pool(means.threads)?.install(all)?;
+    let mut found = pool.install(all)?;
     let corrected = corrected(&found);
     for (run, found) in given.iter().zip(&mut found) {
         look.add_mends(run, found, corrected.is_some());
@@ -97,7 +99,7 @@ fn vet_heads(
         let both = given.iter().zip(&found);
         both.map(|(run, found)| look.doubt_of(found, run)).collect::<Result<Vec<_>, _>>()
     };
-    let doubts = pool(means.threads)?.install(doubts)?;
+    let doubts = pool.install(doubts)?;
     found.iter_mut().zip(doubts).for_each(|(found, doubt)| found.doubt = doubt);
     let as_scored = |(run, found): (&Run, &Found)| {
         if mend && found.can_be_mended {

@@ -42,7 +42,8 @@ pub fn profiles(
 ) -> Result<Vec<Profile>, EvaluateError> {
     let heads = Heads::Log(log);
     let (settings, means) = config.on(heads.summary())?;
-    let blocks = sample::read(heads, Extent::Full, &settings, progress)?;
+    let pool = pool(means.threads)?;
+    let blocks = pool.install(|| sample::read(heads, Extent::Full, &settings, progress))?;
     let look = Look { heads, settings: &settings, blocks: &blocks, of_instant: &blocks };
     let axes = Axis::ALL.into_iter().filter(|&axis| axis != Axis::Sweep || heads.summary().has_point_times());
     let axes: Vec<Axis> = axes.collect();
@@ -69,7 +70,7 @@ pub fn profiles(
         let thickness_m = runs.iter().zip(found).map(of_run).collect::<Result<_, _>>()?;
         Ok(Profile { axis, values, thickness_m })
     };
-    pool(means.threads)?.install(|| axes.iter().copied().map(profile).collect())
+    pool.install(|| axes.iter().copied().map(profile).collect())
 }
 
 /// The calibration of a run whose input is interpreted as given.

@@ -4,6 +4,7 @@ use dmp_log::{LogOutline, ScanLog};
 use dmp_report::Ego;
 use dmp_revisit::calibrate::{Block, scans_of_block};
 use dmp_sensor::{EgoMask, ReturnFilter, Scan};
+use rayon::prelude::*;
 
 use crate::asked::{EvaluateError, Progress, Settings, Stage};
 use crate::runs::Heads;
@@ -62,11 +63,7 @@ struct Gather<'a> {
 
 impl Gather<'_> {
     fn of_log(&self, log: &dyn ScanLog, blocks: &[Vec<usize>]) -> Result<Vec<Block>, EvaluateError> {
-        let mut gathered = Vec::with_capacity(blocks.len());
-        for block in blocks {
-            gathered.push(self.block(log, block)?);
-        }
-        Ok(gathered)
+        blocks.par_iter().map(|block| self.block(log, block)).collect()
     }
 
     fn of_outline(&self, outline: &LogOutline, blocks: &[Vec<usize>]) -> Result<Vec<Block>, EvaluateError> {
