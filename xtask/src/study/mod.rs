@@ -8,7 +8,6 @@ mod drift;
 mod drives;
 mod estimates;
 mod evaluate;
-mod export;
 mod interval;
 mod judge;
 mod logs;
@@ -22,8 +21,6 @@ mod rule;
 mod score;
 mod tables;
 mod truth;
-
-use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 
@@ -41,16 +38,6 @@ enum StudyTask {
     Drift(drift::DriftArgs),
     Repair(repair::RepairArgs),
     Conventions(conventions::ConventionsArgs),
-    /// Write a drive as a folder of scans with times, and its truth beside it as FOLDER.truth.tum
-    ///
-    /// xtask/odometry/odometry.py reads the folder.
-    Export {
-        /// Name of the drive, e.g. loop-64
-        drive: String,
-        /// The folder to create
-        #[arg(short, long, value_name = "FOLDER")]
-        output: PathBuf,
-    },
 }
 
 pub(crate) fn run(arguments: &StudyArgs) -> anyhow::Result<()> {
@@ -60,6 +47,5 @@ pub(crate) fn run(arguments: &StudyArgs) -> anyhow::Result<()> {
         StudyTask::Drift(arguments) => drift::run(arguments),
         StudyTask::Repair(arguments) => repair::run(arguments),
         StudyTask::Conventions(arguments) => conventions::run(arguments),
-        StudyTask::Export { drive, output } => export::export(&drives::find(drive)?, output),
     }
 }
