@@ -111,7 +111,7 @@ fn pair(a: &str, b: &str, basis: Basis, scales_m: &[f64]) -> PairReport {
         scales: scales_m.iter().map(scale).collect(),
         llr_raw: 123_456.0,
         apart: None,
-        verdict: Verdict::Better { run: a.into(), decided_at_m: scales_m[0] },
+        verdict: Verdict::Better { run: a.into(), decided_at_m: Some(scales_m[0]) },
         reason: "better globally: decided at the 10 m scale (876543 common returns)".into(),
     }
 }

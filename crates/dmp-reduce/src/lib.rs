@@ -38,7 +38,6 @@
 //! }
 //! let pairs = reducer.comparisons(Confidence::P99).pairs;
 //! assert!(matches!(pairs[0].verdict, Verdict::Better { which: 0, .. }));
-//! assert_eq!(reducer.order(&pairs)[0].run, 0);
 //! # Ok::<(), dmp_reduce::ReduceError>(())
 //! ```
 

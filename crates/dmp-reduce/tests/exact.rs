@@ -199,7 +199,7 @@ proptest! {
 fn bits(reducer: &Reducer) -> String {
     let comparisons: Vec<Comparison> = reducer.comparisons(Confidence::P99).pairs;
     let scores: Vec<_> = (0..3).map(|run| reducer.scores(run, Confidence::P99)).collect();
-    format!("{scores:?} {comparisons:?} {:?}", reducer.order(&comparisons))
+    format!("{scores:?} {comparisons:?}")
 }
 
 fn reducer_of(count: u64, total: u64) -> Result<Reducer, ReduceError> {

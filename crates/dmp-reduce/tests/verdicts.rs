@@ -2,8 +2,8 @@
 #![expect(clippy::expect_used, reason = "a case that cannot be set up is a failed test")]
 
 use dmp_reduce::{
-    Basis, Comparison, Confidence, FrameSums, Layout, MissPrice, Reducer, Residuals, Scales, Stretch,
-    SurfaceGroup, UndecidedReason, Verdict,
+    Basis, Comparison, Confidence, FrameSums, Layout, MissPrice, Ranked, Reducer, Residuals, Scales, Stretch,
+    SurfaceGroup, UndecidedReason, Verdict, order_runs,
 };
 
 const CV: Basis = Basis::CrossValidated;
@@ -200,6 +200,20 @@ fn a_given_map_is_judged_by_the_nearest_crossing() {
     assert_eq!(pair.guard.iter().map(|g| g.scale_m).collect::<Vec<_>>(), [5.0, 2.0]);
 }
 
+/// The runs along the decided verdicts, else by ascending `R_cv` at its widest scale.
+fn in_order(reducer: &Reducer, comparisons: &[Comparison]) -> Vec<Ranked> {
+    let runs = reducer.layout().bases().len();
+    let score = |run| reducer.scores(run, Confidence::P99).r_cv_m2[0].1.map(|score| score.value_m2);
+    let decided = |pair: &Comparison| match pair.verdict {
+        Verdict::Better { which, .. } => Some((which, pair.a + pair.b - which)),
+        _ => None,
+    };
+    order_runs(
+        &(0..runs).map(score).collect::<Vec<_>>(),
+        &comparisons.iter().filter_map(decided).collect::<Vec<_>>(),
+    )
+}
+
 #[test]
 fn runs_are_listed_along_the_verdicts() {
     // Run 2 misses a third of the returns, so its R_cv(10) is bad; where it does see something it is the best.
@@ -209,7 +223,7 @@ fn runs_are_listed_along_the_verdicts() {
         [off(2.0, 1), off(0.5, 2), seldom, off(0.5, 4)]
     });
     let r_cv_m2 = |run| reducer.scores(run, Confidence::P99).r_cv_m2[0].1.unwrap().value_m2;
-    let order = reducer.order(&reducer.comparisons(Confidence::P99).pairs);
+    let order = in_order(&reducer, &reducer.comparisons(Confidence::P99).pairs);
     let runs: Vec<_> = order.iter().map(|r| r.run).collect();
     assert_eq!((runs[0], runs[3]), (2, 0));
     assert_eq!(order.iter().map(|r| r.tied_with_next).collect::<Vec<_>>(), [false, true, false, false]);
@@ -285,7 +299,7 @@ fn undecided_runs_are_listed_by_the_price_of_a_miss() {
         });
         let comparisons = reducer.comparisons(Confidence::P99).pairs;
         assert!(matches!(comparisons[0].verdict, Verdict::Undecided { .. }), "{comparisons:?}");
-        reducer.order(&comparisons).iter().map(|r| (r.run, r.tied_with_next)).collect::<Vec<_>>()
+        in_order(&reducer, &comparisons).iter().map(|r| (r.run, r.tied_with_next)).collect::<Vec<_>>()
     };
     for share in [0.0, 0.089] {
         assert_eq!(listed(share), [(0, true), (1, false)], "{share}");

@@ -1,7 +1,6 @@
 //! What people ask a report.
 
-use dmp_reduce::{Basis, order_runs};
-use dmp_revisit::drift::DriftReport;
+use dmp_reduce::Basis;
 
 use crate::contents::Report;
 use crate::pair::PairReport;
@@ -70,53 +69,6 @@ impl Report {
             .collect()
     }
 
-    /// Adds what was measured where runs come back.
-    pub fn add_drift(&mut self, drift: Option<DriftReport>) {
-        self.drift = drift;
-        self.list_equals();
-    }
-
-    /// Lists the runs that share a rank along what is better on the whole, where verdicts are mixed, and along the drift, where one
-    /// surely drifts less; else by name: nothing is decided between them, so their scores are no order.
-    pub fn list_equals(&mut self) {
-        let mut ranks: Vec<Vec<String>> = Vec::new();
-        for (rank, run) in self.ranked() {
-            match ranks.last_mut() {
-                Some(shared) if rank.is_none() => shared.push(run.name.clone()),
-                _ => ranks.push(vec![run.name.clone()]),
-            }
-        }
-        let order: Vec<String> = ranks.into_iter().flat_map(|shared| self.equals_in_order(shared)).collect();
-        let is_tied = |[a, b]: &[String; 2]| {
-            let is_open = |pair: &PairReport| pair.verdict.better().is_none();
-            self.ties.iter().any(|tie| tie == &[a.clone(), b.clone()]) || self.pair(a, b).is_some_and(is_open)
-        };
-        let neighbours = order.windows(2).map(|pair| [pair[0].clone(), pair[1].clone()]);
-        self.ties = neighbours.filter(is_tied).collect();
-        self.order = order;
-    }
-
-    /// Runs along what is better on the whole and what drifts less, else by name.
-    fn equals_in_order(&self, mut runs: Vec<String>) -> Vec<String> {
-        runs.sort();
-        let place = |name: &str| runs.iter().position(|run| run == name);
-        let ahead = |pair: &PairReport| {
-            let less_drift =
-                || if pair.verdict == Verdict::Undecided { self.drifts_less(pair) } else { None };
-            let better = pair.verdict.ahead().or_else(less_drift)?;
-            Some((place(better)?, place(pair.other(better))?))
-        };
-        let ahead: Vec<(usize, usize)> = self.pairs.iter().filter_map(ahead).collect();
-        let none = vec![None; runs.len()];
-        order_runs(&none, &ahead).into_iter().map(|ranked| runs[ranked.run].clone()).collect()
-    }
-
-    /// The run of a pair that surely drifts less than the other, where both come back.
-    fn drifts_less(&self, pair: &PairReport) -> Option<&str> {
-        let mut compared = self.drift.iter().flat_map(|drift| &drift.comparisons);
-        compared.find(|drift| pair.is_of(&drift.a, &drift.b))?.better.as_deref()
-    }
-
     /// The comparison of two runs, whichever stands first in it; `None` where they were not compared.
     pub fn pair(&self, one: &str, other: &str) -> Option<&PairReport> {
         self.pairs.iter().find(|pair| pair.is_of(one, other))
@@ -165,7 +117,7 @@ mod tests {
         // The last two share a rank until one is better.
         assert!(report.ranked().map(|(rank, _)| rank).eq([Some(1), Some(2), Some(3), None]));
         let last = report.pairs.iter_mut().find(|pair| pair.is_of("drift", "collapsed")).unwrap();
-        last.verdict = Verdict::Better { run: "drift".into(), decided_at_m: 10.0 };
+        last.verdict = Verdict::Better { run: "drift".into(), decided_at_m: Some(10.0) };
         report.ties.clear();
         assert!(report.ranked().map(|(rank, _)| rank).eq((1..=4).map(Some)));
         let pair = report.pairs.iter_mut().find(|pair| pair.is_of("drift", "truth")).unwrap();
@@ -186,33 +138,6 @@ mod tests {
         assert_eq!(undecided(&order[1], &order[3]), [Some(1), Some(2), None, None]);
         report.order.clear();
         assert_eq!(report.best(), None);
-    }
-
-    #[test]
-    fn equals_are_listed_along_what_is_better_on_the_whole_then_what_drifts_less_else_by_name() {
-        let listed_with = |verdict: Verdict, less_drift: Option<&str>| {
-            let mut report = scores();
-            let last = report.pairs.iter_mut().find(|pair| pair.is_of("drift", "collapsed")).unwrap();
-            last.verdict = verdict;
-            let mut drift = report.drift.take().unwrap();
-            for pair in &mut drift.comparisons {
-                let is_last = [&pair.a, &pair.b].into_iter().all(|name| name != "truth" && name != "noise");
-                pair.better = less_drift.filter(|_| is_last).map(str::to_owned);
-            }
-            report.add_drift(Some(drift));
-            assert!(report.ranked().map(|(rank, _)| rank).eq([Some(1), Some(2), Some(3), None]));
-            assert_eq!(report.order[..2], ["truth", "noise"]);
-            report.order[2..].join(" ")
-        };
-        let listed = |verdict: Verdict| listed_with(verdict, None);
-        let mixed_in = |run: &str| Verdict::Mixed { run: run.into(), decided_at_m: 2.0 };
-        let mixed = |run: &str| listed(mixed_in(run));
-        assert_eq!(mixed("drift"), "drift collapsed");
-        assert_eq!(mixed("collapsed"), "collapsed drift");
-        assert_eq!(listed(Verdict::Undecided), "collapsed drift");
-        assert_eq!(listed_with(Verdict::Undecided, Some("drift")), "drift collapsed");
-        assert_eq!(listed_with(mixed_in("collapsed"), Some("drift")), "collapsed drift");
-        assert_eq!(listed_with(Verdict::Same, Some("drift")), "collapsed drift");
     }
 
     #[test]

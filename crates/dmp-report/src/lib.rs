@@ -9,6 +9,7 @@ mod contents;
 mod made_with;
 mod map_check;
 mod pair;
+mod ranks;
 mod run;
 #[cfg(test)]
 mod sample_data;

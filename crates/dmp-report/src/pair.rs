@@ -23,7 +23,7 @@ pub struct PairReport {
     pub llr_raw: f64,
     /// How far apart the two put the same points, by their poses; null where both have poses for fewer than two scans.
     pub apart: Option<Apart>,
-    /// What comes of it: `verdict`, `better_on_the_whole` and `decided_at_m` in the JSON.
+    /// What comes of it: `verdict`, `better_on_the_whole`, `decided_at_m` and `decided_by_drift` in the JSON.
     #[serde(flatten)]
     pub verdict: Verdict,
     /// The verdict in words.
@@ -58,7 +58,7 @@ impl PairReport {
         };
         let verdict = match pair.verdict {
             dmp_reduce::Verdict::Better { which, decided_at_m, .. } => {
-                Verdict::Better { run: name(which), decided_at_m }
+                Verdict::Better { run: name(which), decided_at_m: Some(decided_at_m) }
             }
             dmp_reduce::Verdict::Mixed { which, decided_at_m, .. } => {
                 Verdict::Mixed { run: name(which), decided_at_m }

@@ -29,7 +29,17 @@ fn fields_stand_in_their_order() {
     );
     order(
         serde_json::to_string(&report.pairs[0]).unwrap(),
-        &["a", "b", "score", "llr_raw", "verdict", "better_on_the_whole", "decided_at_m", "reason"],
+        &[
+            "a",
+            "b",
+            "score",
+            "llr_raw",
+            "verdict",
+            "better_on_the_whole",
+            "decided_at_m",
+            "decided_by_drift",
+            "reason",
+        ],
     );
     order(
         serde_json::to_string(&report.inputs.runs[0]).unwrap(),

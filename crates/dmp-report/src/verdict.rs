@@ -4,18 +4,18 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-/// What the scores decide between the two runs of a pair. What drift decides is a
-/// [`DriftComparison`](dmp_revisit::drift::DriftComparison).
+/// What is decided between the two runs of a pair: by their scores, and where these are undecided, by their
+/// [drift](dmp_revisit::drift::DriftComparison).
 ///
-/// In the JSON it is three fields, which tell a run from a word whatever the run is called: a verdict with a
+/// In the JSON it is four fields, which tell a run from a word whatever the run is called: a verdict with a
 /// `decided_at_m` is [`Self::Mixed`] where there is a `better_on_the_whole`, else the name of the better run; without
-/// it is the word `same` or `undecided`.
+/// it is the word `same` or `undecided`, or the name of the run that drifts less where it is `decided_by_drift`.
 ///
 /// ```
 /// use dmp_report::Verdict;
 ///
-/// let verdict = Verdict::Better { run: "mixed".into(), decided_at_m: 2.0 };
-/// let json = r#"{"verdict":"mixed","better_on_the_whole":null,"decided_at_m":2.0}"#;
+/// let verdict = Verdict::Better { run: "mixed".into(), decided_at_m: Some(2.0) };
+/// let json = r#"{"verdict":"mixed","better_on_the_whole":null,"decided_at_m":2.0,"decided_by_drift":false}"#;
 /// assert_eq!(serde_json::to_string(&verdict)?, json);
 /// assert_eq!(serde_json::from_str::<Verdict>(json)?, verdict);
 /// # Ok::<(), serde_json::Error>(())
@@ -27,8 +27,8 @@ pub enum Verdict {
     Better {
         /// Its name.
         run: String,
-        /// The scale that decided, metres.
-        decided_at_m: f64,
+        /// The scale that decided, metres; `None` where drift did.
+        decided_at_m: Option<f64>,
     },
     /// One run is better on the whole, the other at some places.
     Mixed {
@@ -63,9 +63,15 @@ impl Verdict {
     /// The scale that decided, metres; `None` where none did.
     pub fn decided_at_m(&self) -> Option<f64> {
         match self {
-            Self::Better { decided_at_m, .. } | Self::Mixed { decided_at_m, .. } => Some(*decided_at_m),
+            Self::Better { decided_at_m, .. } => *decided_at_m,
+            Self::Mixed { decided_at_m, .. } => Some(*decided_at_m),
             Self::Same | Self::Undecided => None,
         }
+    }
+
+    /// Whether drift decides.
+    pub fn is_by_drift(&self) -> bool {
+        matches!(self, Self::Better { decided_at_m: None, .. })
     }
 
     /// The run that it names, to be called otherwise.
@@ -95,6 +101,9 @@ struct Fields {
     verdict: String,
     better_on_the_whole: Option<String>,
     decided_at_m: Option<f64>,
+    /// Absent before drift decided anything.
+    #[serde(default)]
+    decided_by_drift: bool,
 }
 
 impl From<Verdict> for Fields {
@@ -102,6 +111,7 @@ impl From<Verdict> for Fields {
         Self {
             verdict: verdict.to_string(),
             decided_at_m: verdict.decided_at_m(),
+            decided_by_drift: verdict.is_by_drift(),
             better_on_the_whole: match verdict {
                 Verdict::Mixed { run, .. } => Some(run),
                 _ => None,
@@ -114,12 +124,14 @@ impl TryFrom<Fields> for Verdict {
     type Error = String;
 
     fn try_from(fields: Fields) -> Result<Self, String> {
-        let Fields { verdict, better_on_the_whole, decided_at_m } = fields;
-        match (verdict.as_str(), better_on_the_whole, decided_at_m) {
-            ("mixed", Some(run), Some(decided_at_m)) => Ok(Self::Mixed { run, decided_at_m }),
-            (_, None, Some(decided_at_m)) => Ok(Self::Better { run: verdict, decided_at_m }),
-            ("same", None, None) => Ok(Self::Same),
-            ("undecided", None, None) => Ok(Self::Undecided),
+        let Fields { verdict, better_on_the_whole, decided_at_m, decided_by_drift } = fields;
+        match (verdict.as_str(), better_on_the_whole, decided_at_m, decided_by_drift) {
+            ("mixed", Some(run), Some(decided_at_m), false) => Ok(Self::Mixed { run, decided_at_m }),
+            (_, None, Some(_), false) | (_, None, None, true) => {
+                Ok(Self::Better { run: verdict, decided_at_m })
+            }
+            ("same", None, None, false) => Ok(Self::Same),
+            ("undecided", None, None, false) => Ok(Self::Undecided),
             _ => Err(format!("the verdict `{verdict}` contradicts the fields beside it")),
         }
     }
@@ -132,15 +144,25 @@ mod tests {
     #[test]
     fn every_verdict_comes_back_whatever_its_run_is_called() {
         for (verdict, json) in [
-            (Verdict::Same, r#"{"verdict":"same","better_on_the_whole":null,"decided_at_m":null}"#),
-            (Verdict::Undecided, r#"{"verdict":"undecided","better_on_the_whole":null,"decided_at_m":null}"#),
             (
-                Verdict::Better { run: "undecided".into(), decided_at_m: 0.5 },
-                r#"{"verdict":"undecided","better_on_the_whole":null,"decided_at_m":0.5}"#,
+                Verdict::Same,
+                r#"{"verdict":"same","better_on_the_whole":null,"decided_at_m":null,"decided_by_drift":false}"#,
+            ),
+            (
+                Verdict::Undecided,
+                r#"{"verdict":"undecided","better_on_the_whole":null,"decided_at_m":null,"decided_by_drift":false}"#,
+            ),
+            (
+                Verdict::Better { run: "undecided".into(), decided_at_m: Some(0.5) },
+                r#"{"verdict":"undecided","better_on_the_whole":null,"decided_at_m":0.5,"decided_by_drift":false}"#,
+            ),
+            (
+                Verdict::Better { run: "same".into(), decided_at_m: None },
+                r#"{"verdict":"same","better_on_the_whole":null,"decided_at_m":null,"decided_by_drift":true}"#,
             ),
             (
                 Verdict::Mixed { run: "same".into(), decided_at_m: 10.0 },
-                r#"{"verdict":"mixed","better_on_the_whole":"same","decided_at_m":10.0}"#,
+                r#"{"verdict":"mixed","better_on_the_whole":"same","decided_at_m":10.0,"decided_by_drift":false}"#,
             ),
         ] {
             assert_eq!(serde_json::to_string(&verdict).unwrap(), json);

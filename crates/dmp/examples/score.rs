@@ -50,9 +50,10 @@ fn main() -> Result<(), Box<dyn Error>> {
         && let Some(verdict) = report.verdict_between(&one.name, &other.name)
     {
         let outcome = match verdict {
-            Verdict::Better { run, decided_at_m, .. } => {
-                format!("{run} is better, decided at {decided_at_m} m")
+            Verdict::Better { run, decided_at_m: Some(at_m) } => {
+                format!("{run} is better, decided at {at_m} m")
             }
+            Verdict::Better { run, .. } => format!("{run} is better: it drifts less"),
             Verdict::Mixed { run, .. } => format!("{run} is better on the whole, but not everywhere"),
             Verdict::Same => format!("{} and {} are as good", one.name, other.name),
             Verdict::Undecided => format!("{} and {} are undecided", one.name, other.name),

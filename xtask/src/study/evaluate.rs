@@ -161,10 +161,11 @@ fn pair_results(
         let (decided_at_m, drift) = (pair.verdict.decided_at_m(), drift_said(report, name_a, name_b));
         let result =
             PairResult { a, b, verdict, decided_at_m, drift, predicted, revisited, back, singles, batches };
+        let by_scores = if pair.verdict.is_by_drift() { Said::Nothing } else { verdict };
         let again = documented(&result, confidence);
         ensure!(
-            again == verdict || pair.verdict == Verdict::Same,
-            "{name_a} and {name_b}: the command says {verdict:?}, its rule on the study's own sums {again:?}"
+            again == by_scores || pair.verdict == Verdict::Same,
+            "{name_a} and {name_b}: the command says {by_scores:?}, its rule on the study's own sums {again:?}"
         );
         Ok(result)
     };

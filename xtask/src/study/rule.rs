@@ -28,6 +28,8 @@ pub(super) struct Saying {
 pub(super) enum Rule {
     /// The verdict of `dmp score`.
     Command,
+    /// The same without what drift decides.
+    Scores,
     /// The comparison of drift that `dmp score` prints.
     Drift,
     /// One score's mean difference and its interval.
@@ -38,12 +40,13 @@ impl Rule {
     pub(super) fn all() -> Vec<Self> {
         // The largest truncation is that of the guard alone.
         let singles = pair_scores().skip(1).map(|(name, _)| Self::Single(name));
-        [Self::Command, Self::Drift].into_iter().chain(singles).collect()
+        [Self::Command, Self::Scores, Self::Drift].into_iter().chain(singles).collect()
     }
 
     pub(super) fn name(&self) -> &str {
         match self {
             Self::Command => "`dmp score`",
+            Self::Scores => "`dmp score`, scores alone",
             Self::Drift => "drift",
             Self::Single(name) => name,
         }
@@ -60,9 +63,10 @@ impl Rule {
             Said::Nothing => leaning,
         };
         let say: &dyn Fn(&PairResult) -> Saying = match self {
-            Self::Command => &|pair| {
-                let leaning = decided(pair.verdict, leaning(pair, &common_cv(10.0)));
-                Saying { said: pair.verdict, leaning }
+            Self::Command | Self::Scores => &|pair| {
+                let is_left = matches!(self, Self::Scores) && pair.decided_at_m.is_none();
+                let said = if is_left { Said::Nothing } else { pair.verdict };
+                Saying { said, leaning: decided(said, leaning(pair, &common_cv(10.0))) }
             },
             Self::Drift => &|pair| Saying { said: pair.drift, leaning: decided(pair.drift, None) },
             Self::Single(name) => {

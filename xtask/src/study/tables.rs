@@ -255,11 +255,11 @@ fn contradictions(drives: &[&DriveResult]) -> String {
             let apart = |run: &RunResult| run.inconsistency_m[0].unwrap_or(f64::NAN);
             let _ = writeln!(
                 text,
-                "- {}: {} over {} at {} m, against {}: ATE {:.3} and {:.3} m, sightings {:.3} and {:.3} m apart",
+                "- {}: {} over {} {}, against {}: ATE {:.3} and {:.3} m, sightings {:.3} and {:.3} m apart",
                 drive.drive,
                 better.name,
                 worse.name,
-                pair.decided_at_m.unwrap_or(f64::NAN),
+                pair.decided_at_m.map_or("by drift".to_owned(), |m| format!("at {m} m")),
                 by.join(" and "),
                 ate(better),
                 ate(worse),

@@ -189,7 +189,8 @@ fn in_words(pair: &PairReport, name: &str, other: &str) -> String {
     match &pair.verdict {
         Verdict::Better { run, decided_at_m, .. } => {
             let word = if run == name { "better" } else { "worse" };
-            format!("{word} than {other}, {}", at(decided_at_m))
+            let by = decided_at_m.as_ref().map_or("by drift".to_owned(), at);
+            format!("{word} than {other}, {by}")
         }
         Verdict::Mixed { run, decided_at_m, .. } => {
             let [word, else_word] = if run == name { ["better", "worse"] } else { ["worse", "better"] };

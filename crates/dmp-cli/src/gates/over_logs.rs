@@ -194,7 +194,7 @@ mod tests {
             let mut report = example_reports::three_runs();
             let run = if k < better { "truth" } else { "drift" };
             for pair in report.pairs.iter_mut().filter(|pair| pair.is_of("truth", "drift")) {
-                pair.verdict = Verdict::Better { run: run.into(), decided_at_m: 2.0 };
+                pair.verdict = Verdict::Better { run: run.into(), decided_at_m: Some(2.0) };
             }
             SuiteLog { name: format!("log {k}"), report: Ok(report), missing: Vec::new() }
         };

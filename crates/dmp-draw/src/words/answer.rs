@@ -311,8 +311,7 @@ mod tests {
             let are_first = pair.is_of("truth", "noise");
             pair.verdict = if are_first { Verdict::Same } else { pair.verdict.clone() };
         }
-        report.ties = vec![["truth".to_owned(), "noise".to_owned()]];
-        report.list_equals();
+        report.rank();
         let start = "noise and truth are the same: nowhere more than 16 cm apart, where 4.0 cm count as the same (--same-within).";
         assert!(said(&report).starts_with(start), "{}", said(&report));
         assert!(said(&report).ends_with(" The 2 others are worse."), "{}", said(&report));

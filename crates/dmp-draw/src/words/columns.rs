@@ -137,8 +137,10 @@ pub fn legend(report: &Report, shown: &[&str], is_brief: bool) -> Vec<(&'static 
 }
 
 fn verdict_in_words(report: &Report, shown: &[&str], is_brief: bool) -> String {
+    let by_drift = report.pairs.iter().any(|pair| pair.verdict.is_by_drift());
+    let or_drift = if by_drift { "; or drift: RMS where both come back" } else { "" };
     if is_brief {
-        return "RMS error above the first's, capped as named, on common returns".to_owned();
+        return format!("RMS error above the first's, capped as named, on common returns{or_drift}");
     }
     let sure = confidence(report.promise.interval_confidence);
     let interval = if shown.contains(&"interval") {
@@ -148,7 +150,7 @@ fn verdict_in_words(report: &Report, shown: &[&str], is_brief: bool) -> String {
     };
     format!(
         "how much larger the RMS residual is than that of the first run, over the returns that both maps predict, at the \
-         largest truncation at which that is certain{interval}"
+         largest truncation at which that is certain{or_drift}{interval}"
     )
 }
 

@@ -8,6 +8,8 @@ use crate::text::{confidence, left};
 pub fn promise(report: &Report) -> Option<String> {
     let scales = report.pairs.iter().map(|pair| pair.scales.len()).max()?;
     let (error, sure) = (left(report.promise.confidence), confidence(report.promise.interval_confidence));
+    let by_drift = report.pairs.iter().any(|pair| pair.verdict.is_by_drift());
+    let drift = if by_drift { ", and as much of all verdicts by drift" } else { "" };
     let looks = if report.sampling.quick.is_some() { " and looks" } else { "" };
     Some(if report.promise.of_each_result {
         format!(
@@ -16,7 +18,7 @@ pub fn promise(report: &Report) -> Option<String> {
         )
     } else {
         format!(
-            "Family-wise error rate {error}, over all pairs and {scales} scales{looks}; each interval is at {sure}."
+            "Family-wise error rate {error}, over all pairs and {scales} scales{looks}{drift}; each interval is at {sure}."
         )
     })
 }

@@ -42,9 +42,12 @@ pub fn standing(report: &Report, first: &str, name: &str) -> Standing {
     // Around a cycle the first may be worse.
     let word = if shown.first == first { "worse" } else { "better" };
     match &shown.pair.verdict {
-        Verdict::Better { .. } => {
+        Verdict::Better { decided_at_m, .. } => {
             let mood = if word == "worse" { Mood::Bad } else { Mood::Good };
-            decided(&shown, "", word, mood)
+            match decided_at_m {
+                Some(_) => decided(&shown, "", word, mood),
+                None => alone(&by_drift(report, &shown, word), Some(mood)),
+            }
         }
         Verdict::Mixed { .. } => decided(&shown, "mixed, ", word, Mood::Open),
         Verdict::Same => alone("the same", None),
@@ -64,6 +67,19 @@ fn of_first(report: &Report) -> &'static str {
         () if are(&Verdict::Same) => "the same",
         () if are(&Verdict::Undecided) => "undecided",
         () => "first",
+    }
+}
+
+/// How much more the run drifts, RMS where both come back.
+fn by_drift(report: &Report, shown: &OrderedPair<'_>, word: &str) -> String {
+    let mut compared = report.drift.iter().flat_map(|drift| &drift.comparisons);
+    let more = if word == "worse" { "more" } else { "less" };
+    match compared
+        .find(|drift| shown.pair.is_of(&drift.a, &drift.b))
+        .map(|drift| (drift.rms_a_m, drift.rms_b_m))
+    {
+        Some((Some(a_m), Some(b_m))) => format!("{} {more} drift", metres((a_m - b_m).abs())),
+        _ => format!("{more} drift"),
     }
 }
 

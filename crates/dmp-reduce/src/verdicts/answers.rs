@@ -2,11 +2,9 @@
 
 use super::compare::{Comparison, chance, compare};
 use super::family::EqualPairs;
-use super::order::{Ranked, order_runs};
 use super::scale_comparison::Asked;
-use super::verdict::Verdict;
 use crate::numbers::Confidence;
-use crate::reducer::{Reducer, RunTotals};
+use crate::reducer::Reducer;
 use crate::residual::{Basis, CV, NEAR, WIDEST};
 use crate::sums::{Estimate, PairTotals, Ratio, RunSums, pairs_of};
 
@@ -108,24 +106,5 @@ impl Reducer {
         });
         let asked = Asked { scales: self.layout.scales, frames: self.layout.frames, confidence };
         compare([a, b], predicted, pair, asked)
-    }
-
-    /// The runs from best to worst: along the decided verdicts of `comparisons`, free choices by
-    /// ascending `R_cv` at its widest scale, or so by `R_near` where any of the maps was given, as then it is the one score
-    /// that all runs have. See [`order_runs`].
-    pub fn order(&self, comparisons: &[Comparison]) -> Vec<Ranked> {
-        let near = self.layout.bases.contains(&Basis::Near);
-        let price = self.layout.miss_price;
-        let score =
-            |run: &RunTotals| if near { run.sums.r_near_m2()[0].1 } else { run.sums.r_cv_widest_m2(price) };
-        let scores: Vec<_> = self.runs.iter().map(score).collect();
-        let decided: Vec<_> = comparisons
-            .iter()
-            .filter_map(|pair| match pair.verdict {
-                Verdict::Better { which, .. } => Some((which, pair.a + pair.b - which)),
-                _ => None,
-            })
-            .collect();
-        order_runs(&scores, &decided)
     }
 }

@@ -131,7 +131,7 @@ pub struct DriftComparison {
     pub rms_b_m: Option<f64>,
     /// Mean square of a minus that of b, m²: negative if a is better.
     pub difference_m2: Measured,
-    /// The better run, if the interval excludes 0; else null. A run that is lost at a visit, or has no answer at one where
+    /// The better run, if an interval that holds for all comparisons together excludes 0; else null. A run that is lost at a visit, or has no answer at one where
     /// the other has, is never the better one.
     pub better: Option<String>,
 }

@@ -155,12 +155,13 @@ fn length(measured: Measured) -> Measured {
 }
 
 /// Two runs on the pairs of visits that both have; of the first the block of each pair and the scans with which its segments
-/// begin. The visits of two runs, whose segments are their own, are the same up to one segment.
+/// begin. The visits of two runs, whose segments are their own, are the same up to one segment. `confidences`: of the interval, and of
+/// what is decided.
 pub fn compared(
     [a, b]: [&RunDrift; 2],
     blocks_of_a: &[usize],
     starts_of_a: &[usize],
-    confidence: Confidence,
+    confidences: [Confidence; 2],
 ) -> DriftComparison {
     // Pairs on which only the other has an answer.
     let mut silent = [0.0; 2];
@@ -189,13 +190,14 @@ pub fn compared(
         let sum: f64 = chosen.iter().map(|&k| both[k].0 - both[k].1).sum();
         (!chosen.is_empty()).then(|| sum / chosen.len() as f64)
     };
-    let difference_m2 = measured(&blocks, confidence, variance_m4 / (pairs * pairs), &difference);
+    let [difference_m2, decides] = confidences
+        .map(|confidence| measured(&blocks, confidence, variance_m4 / (pairs * pairs), &difference));
     // Who is lost, or silent more often than the other by over two standard errors, is not better.
     let may_win = [0, 1].map(|k| {
         let more: f64 = silent[k] - silent[1 - k];
         [a, b][k].pairs_lost == 0 && (more <= 0.0 || more * more <= 4.0 * (silent[k] + silent[1 - k]))
     });
-    let better = match difference_m2.interval {
+    let better = match decides.interval {
         Some([_, high]) if high < 0.0 && may_win[0] => Some(a.name.clone()),
         Some([low, _]) if low > 0.0 && may_win[1] => Some(b.name.clone()),
         _ => None,

@@ -1,7 +1,6 @@
 //! Joins several reports into one.
 
-use dmp_reduce::order_runs;
-use dmp_report::{MemoryReport, PairReport, PassTimes, Report, RunReport};
+use dmp_report::{MemoryReport, PassTimes, Report};
 use dmp_revisit::drift::DriftReport;
 
 use super::error::JoinError;
@@ -43,7 +42,7 @@ pub fn join_reports(reports: &[NamedReport]) -> Result<JoinedReport, JoinError> 
     }
     joined.warnings = warnings(reports);
     if !others.is_empty() {
-        put_in_order(&mut joined);
+        joined.rank();
     }
     let not_compared = pairs_of(&joined.order).filter(|[a, b]| joined.pair(a, b).is_none()).collect();
     Ok(JoinedReport { report: joined, runs_of: names.of_reports(), not_compared })
@@ -136,29 +135,6 @@ fn warnings(reports: &[NamedReport]) -> Vec<String> {
         warnings.extend(own.map(|warning| format!("{name}: {warning}")));
     }
     warnings
-}
-
-/// Orders the runs by the decided pairs, else by their first score. Neighbours are tied if their own pair
-/// exists and is undecided, or contradicts others.
-pub(super) fn put_in_order(joined: &mut Report) {
-    let near = joined.runs.iter().any(|run| run.coverage.is_none());
-    let score = |run: &RunReport| if near { run.r_near_m2[0] } else { run.r_cv_m2[0] };
-    let scores_m2: Vec<Option<f64>> = joined.runs.iter().map(score).collect();
-    let place = |name: &str| joined.runs.iter().position(|run| run.name == name);
-    let decided = |pair: &PairReport| {
-        let better = pair.verdict.better()?;
-        Some((place(better)?, place(pair.other(better))?))
-    };
-    let decided: Vec<(usize, usize)> = joined.pairs.iter().filter_map(decided).collect();
-    let ranked = order_runs(&scores_m2, &decided);
-    let name = |run: usize| joined.runs[run].name.clone();
-    let tied = ranked.windows(2).filter(|pair| pair[0].tied_with_next);
-    let ties = tied.map(|pair| [name(pair[0].run), name(pair[1].run)]);
-    let ties = ties.filter(|[a, b]| joined.pair(a, b).is_some()).collect();
-    let order = ranked.iter().map(|ranked| name(ranked.run)).collect();
-    joined.ties = ties;
-    joined.order = order;
-    joined.list_equals();
 }
 
 /// Every two of the names.

@@ -13,7 +13,7 @@ use super::error::JoinError;
 use super::follow::Follow;
 use super::kept::{Kept, KeptScan, PosedScan, Rows, Summed, apart_of, back_of};
 use super::named::NamedReport;
-use super::reports::{JoinedReport, join_reports, pairs_of, put_in_order};
+use super::reports::{JoinedReport, join_reports, pairs_of};
 
 /// Limit for the sums of all threads, bytes, if there is more than one thread.
 const WORKERS_BYTES: usize = 1 << 30;
@@ -169,7 +169,7 @@ fn judge(
     let sure = &mut report.promise.interval_confidence;
     *sure = if from_reports { sure.min(of_each_interval.level()) } else { of_each_interval.level() };
     report.pairs = all;
-    put_in_order(report);
+    report.rank();
     joined.not_compared = pairs_of(&report.order).filter(|[a, b]| report.pair(a, b).is_none()).collect();
     Ok(())
 }

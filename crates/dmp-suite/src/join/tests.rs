@@ -162,7 +162,7 @@ fn a_report_that_contradicts_itself_is_refused() {
         change(&mut named.report);
         refusal(&[named])
     };
-    let better = |run: &str| Verdict::Better { run: run.to_owned(), decided_at_m: 2.0 };
+    let better = |run: &str| Verdict::Better { run: run.to_owned(), decided_at_m: Some(2.0) };
     let text = |field: &str, name: &str| {
         format!("td.json: {field} names `{name}`, which is not the name of one run")
     };

@@ -21,7 +21,7 @@ fn report(better: Option<&str>, new_cm: f64) -> Report {
     for pair in &mut report.pairs {
         (pair.a, pair.b) = (renamed(&pair.a), renamed(&pair.b));
         pair.verdict = match better {
-            Some(run) => Verdict::Better { run: run.into(), decided_at_m: 2.0 },
+            Some(run) => Verdict::Better { run: run.into(), decided_at_m: Some(2.0) },
             None => Verdict::Undecided,
         };
         let is_new_first = pair.a == "new";

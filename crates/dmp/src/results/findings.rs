@@ -73,13 +73,6 @@ impl Findings<'_> {
         let reducer = &scored.reducer;
         let Comparisons { of_each_interval, pairs } = reducer.comparisons(scored.confidence);
         let (pairs, apart): (Vec<_>, Vec<_>) = pairs.into_iter().map(|pair| self.with_apart(pair)).unzip();
-        let ranked = reducer.order(&pairs);
-        let name = |run: usize| runs[run].run.name.clone();
-        let ties = ranked
-            .windows(2)
-            .filter(|pair| pair[0].tied_with_next)
-            .map(|pair| [name(pair[0].run), name(pair[1].run)])
-            .collect();
         let mut report = Report {
             schema: Report::SCHEMA.to_owned(),
             dmp_version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -87,8 +80,8 @@ impl Findings<'_> {
             inputs: self.inputs(),
             runs: (0..runs.len()).map(|run| self.run(run)).collect(),
             left_out: Vec::new(),
-            order: ranked.iter().map(|ranked| name(ranked.run)).collect(),
-            ties,
+            order: Vec::new(),
+            ties: Vec::new(),
             pairs: pairs.iter().zip(apart).map(|(pair, apart)| self.pair(pair, apart)).collect(),
             drift: None,
             promise: PromiseReport {
@@ -117,7 +110,7 @@ impl Findings<'_> {
             },
             tiles: tile_reports(scored),
         };
-        report.list_equals();
+        report.rank();
         warnings::add(&mut report, plan, scored, runs);
         report
     }

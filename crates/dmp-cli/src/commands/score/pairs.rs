@@ -38,7 +38,7 @@ fn of_first(report: &Report) -> impl Iterator<Item = OrderedPair<'_>> {
 fn remark(report: &Report, shown: &OrderedPair<'_>) -> Option<String> {
     let pair = shown.pair;
     match pair.verdict {
-        Verdict::Better { .. } | Verdict::Same => None,
+        Verdict::Better { decided_at_m: Some(_), .. } | Verdict::Same => None,
         Verdict::Undecided => {
             // A quick score ends with its last look.
             let more = report
@@ -47,7 +47,7 @@ fn remark(report: &Report, shown: &OrderedPair<'_>) -> Option<String> {
                 .map_or("", |_| "; if anything decides, it is all scans, without --quick");
             Some(format!("{}{}{more}", pair.reason, by_how_much(shown)))
         }
-        Verdict::Mixed { .. } => Some(pair.reason.clone()),
+        Verdict::Mixed { .. } | Verdict::Better { .. } => Some(pair.reason.clone()),
     }
 }
 

@@ -49,7 +49,9 @@ fn what_it_is_good_for(report: &Report, verbose: bool) -> String {
         Some(promise) if verbose => format!("{only}. {promise}"),
         Some(_) if is_decided => {
             let sure = text::confidence(report.promise.confidence);
-            format!("{only}; all verdicts together are {sure} sure.")
+            let by_drift = report.pairs.iter().any(|pair| pair.verdict.is_by_drift());
+            let too = if by_drift { ", those by drift too" } else { "" };
+            format!("{only}; all verdicts together are {sure} sure{too}.")
         }
         _ => format!("{only}."),
     }

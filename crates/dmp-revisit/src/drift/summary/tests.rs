@@ -59,7 +59,7 @@ fn starts() -> Vec<usize> {
 
 fn both(a: &[Option<Displacement>], b: &[Option<Displacement>], confidence: Confidence) -> DriftComparison {
     let blocks: Vec<usize> = (0..a.len()).map(|k| k / 3).collect();
-    compared([&drift_of("a", a), &drift_of("b", b)], &blocks, &starts(), confidence)
+    compared([&drift_of("a", a), &drift_of("b", b)], &blocks, &starts(), [confidence; 2])
 }
 
 /// Evenly spread over −1 to 1, without an order that blocks could follow.
@@ -128,7 +128,7 @@ fn a_lost_visit_is_evidence() {
     let far: Vec<_> = (0..24).map(|_| Some(off(0.5, 0.001))).collect();
     let compared_with = |run: &RunDrift| {
         let blocks: Vec<usize> = (0..24).map(|k| k / 3).collect();
-        compared([run, &drift_of("b", &far)], &blocks, &starts(), p95())
+        compared([run, &drift_of("b", &far)], &blocks, &starts(), [p95(); 2])
     };
     assert_eq!(compared_with(&drift_of("a", &near)).better.as_deref(), Some("a"));
     // Where it often has no answer and the other has, that is no merit.
@@ -227,7 +227,8 @@ fn visits_of_neighbouring_scans_are_the_same() {
         // The cut of this run is a scan later.
         [&mut visit.first.scan, &mut visit.second.scan].into_iter().for_each(|scan| *scan += 2);
     }
-    let pairs = |other: &RunDrift| compared([&drift_of("a", &run), other], &blocks, &starts(), p95()).pairs;
+    let pairs =
+        |other: &RunDrift| compared([&drift_of("a", &run), other], &blocks, &starts(), [p95(); 2]).pairs;
     assert_eq!(pairs(&other), 24);
     other.visits.remove(3);
     other.visits[5].second.scan += 1;

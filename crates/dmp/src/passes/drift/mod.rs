@@ -78,8 +78,10 @@ impl<M> Evaluation<'_, M> {
             blocks.push(of_pairs);
         }
         let both = (0..runs.len()).flat_map(|a| (a + 1..runs.len()).map(move |b| (a, b)));
+        let pairs = (runs.len() * runs.len().saturating_sub(1) / 2) as u32;
+        let confidences = [confidence, confidence.of_each_look(pairs)];
         let compared =
-            |(a, b): (usize, usize)| compared([&runs[a], &runs[b]], &blocks[a], &starts[a], confidence);
+            |(a, b): (usize, usize)| compared([&runs[a], &runs[b]], &blocks[a], &starts[a], confidences);
         let comparisons = both.map(compared).collect();
         DriftReport {
             schema: DriftReport::SCHEMA.to_owned(),
