@@ -47,7 +47,7 @@ impl Report {
             };
             let off = |rms_m: Option<f64>| short_length(rms_m.unwrap_or(0.0));
             pair.reason = format!(
-                "{better} drifts less: it is off by {} where it comes back, the other by {} (RMS at {} visits); the score is undecided",
+                "by drift: {} against {} (RMS at {} visits where both come back); the score is undecided",
                 off(least_m),
                 off(most_m),
                 drift.pairs
@@ -152,7 +152,7 @@ mod tests {
         assert!(report.ranked().map(|(rank, _)| rank).eq((1..=4).map(Some)));
         assert_eq!(report.order[2..], ["drift", "collapsed"]);
         let pair = report.pair("drift", "collapsed").unwrap();
-        assert!(pair.verdict.is_by_drift() && pair.reason.starts_with("drift drifts less: it is off by "));
+        assert!(pair.verdict.is_by_drift() && pair.reason.starts_with("by drift: "));
         let by_score = Verdict::Better { run: "collapsed".into(), decided_at_m: Some(10.0) };
         for verdict in
             [by_score, Verdict::Same, Verdict::Mixed { run: "collapsed".into(), decided_at_m: 2.0 }]

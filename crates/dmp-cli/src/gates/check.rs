@@ -298,6 +298,13 @@ mod tests {
             [format!("FAILED truth: {apart} (--expect same:truth,größe)")]
         );
         for pair in &mut report.pairs {
+            pair.verdict = Verdict::Better { run: "truth".into(), decided_at_m: None };
+        }
+        assert_eq!(
+            results("best:truth", &report)[0],
+            "passed truth: better than größe, by drift (--expect best:truth)"
+        );
+        for pair in &mut report.pairs {
             pair.verdict = Verdict::Same;
         }
         let same = &results("same:truth,größe", &report)[0];

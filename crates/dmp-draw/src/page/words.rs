@@ -20,7 +20,12 @@ pub(super) fn pairs(report: &Report) -> Vec<String> {
 fn of_pair(ordered: &OrderedPair<'_>, scales: Scales) -> String {
     let (pair, first, second) = (ordered.pair, strong(ordered.first), strong(ordered.second));
     let Some(scale) = pair.decided_at() else {
-        return format!("{first} and {second}: {}.", escape(&pair.reason));
+        let reason = escape(&pair.reason);
+        let better = pair.verdict.better().map(|better| (strong(better), strong(pair.other(better))));
+        return better.map_or_else(
+            || format!("{first} and {second}: {reason}."),
+            |(better, other)| format!("{better} is better than {other} {reason}."),
+        );
     };
     let by = match ordered.rms_behind_m(scale) {
         Some((by_m, Some(interval_m))) => format!(" by {} ({})", metres(by_m), metres_between(interval_m)),

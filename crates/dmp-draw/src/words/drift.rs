@@ -224,7 +224,8 @@ pub fn drift_beside_scores(report: &Report) -> Vec<String> {
     let Some(drift) = &report.drift else { return Vec::new() };
     let (mut agree, mut lines) = (0, Vec::new());
     for pair in &drift.comparisons {
-        let by_score = report.pair(&pair.a, &pair.b).and_then(|pair| pair.verdict.better());
+        let by_score = report.pair(&pair.a, &pair.b).filter(|pair| !pair.verdict.is_by_drift());
+        let by_score = by_score.and_then(|pair| pair.verdict.better());
         let (Some(by_score), Some(by_drift)) = (by_score, &pair.better) else { continue };
         if by_score == by_drift {
             agree += 1;

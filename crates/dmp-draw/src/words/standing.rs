@@ -94,3 +94,21 @@ fn decided(shown: &OrderedPair<'_>, mixed: &str, word: &str, mood: Mood) -> Stan
     let interval = interval_m.map_or(NONE.to_owned(), metres_between);
     Standing { text, interval, mood: Some(mood) }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sample_data::sample;
+
+    #[test]
+    fn what_drift_decides_is_said_by_how_much_it_drifts() {
+        let mut report = sample();
+        let pair = report.pairs.iter_mut().find(|pair| pair.is_of("truth", "drift")).unwrap();
+        pair.verdict = Verdict::Better { run: "truth".into(), decided_at_m: None };
+        let by_drift = standing(&report, "truth", "drift");
+        assert_eq!((by_drift.text.as_str(), by_drift.mood), ("1.20 m more drift", Some(Mood::Bad)));
+        assert_eq!(standing(&report, "drift", "truth").text, "1.20 m less drift");
+        report.drift = None;
+        assert_eq!(standing(&report, "truth", "drift").text, "more drift");
+    }
+}
