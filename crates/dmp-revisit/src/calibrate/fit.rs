@@ -12,7 +12,7 @@ use crate::calibrate::sample::Block;
 const LEVELS: [(Level, usize); 3] = [
     (Level { edge_m: 2.0, thick_m: 0.5, every: 4, derives: true }, 5),
     (Level { edge_m: 1.0, thick_m: 0.2, every: 2, derives: true }, 4),
-    (Level { edge_m: 1.0, thick_m: 0.1, every: 1, derives: true }, 2),
+    (Level { edge_m: 1.0, thick_m: 0.1, every: 1, derives: true }, 4),
 ];
 /// How far a step may go, in units of each axis.
 const LONGEST_STEP: f64 = 30.0;
