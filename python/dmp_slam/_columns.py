@@ -70,6 +70,7 @@ _PAIRS = {
     "apart_between_m": "float",
     "score": "str",
     "decided_at_m": "float",
+    "decided_by_drift": "bool",
     "a_m": "float",
     "b_m": "float",
     "difference_m2": "float",
@@ -94,6 +95,7 @@ def _pair_row(pair: Mapping[str, Any]) -> dict[str, Any]:
         "apart_between_m": between["worst_m"] if between else None,
         "score": pair["score"],
         "decided_at_m": decided_m,
+        "decided_by_drift": pair.get("decided_by_drift", False),
         "a_m": root(scale["mean_a_m2"]) if scale else None,
         "b_m": root(scale["mean_b_m2"]) if scale else None,
         "difference_m2": scale["difference_m2"] if scale else None,
@@ -170,6 +172,7 @@ def suite_logs_table(suite: Mapping[str, Any]) -> Table:
         "b": "str",
         "verdict": "str",
         "decided_at_m": "float",
+        "decided_by_drift": "bool",
         "rms_difference_m": "float",
         "drift_difference_m": "float",
     }

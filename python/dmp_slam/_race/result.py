@@ -106,7 +106,7 @@ def _by(compared: Mapping[str, Any] | None) -> str:
     if compared is None or compared["better_by_m"] is None:
         return ""
     by_m = compared["better_by_m"]
-    return f", where it is {_length(abs(by_m))} {'better' if by_m >= 0 else 'worse'} at {compared['scale_m']:g} m"
+    return f", where it is {_length(abs(by_m))} {'better' if by_m >= 0 else 'worse'} {'by drift' if compared['scale_m'] is None else f"at {compared['scale_m']:g} m"}"
 
 
 def _repaired(repair: Mapping[str, Any]) -> str:

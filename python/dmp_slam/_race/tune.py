@@ -118,12 +118,17 @@ def _affordable(rows: Sequence[Row], count: int, growth: float, rest_s: float) -
 
 def compared(result: Mapping[str, Any], one: str, other: str) -> dict[str, Any]:
     """How much better one run is than another: the verdict, and RMS residuals in metres at the scale that decided, or the
-    first."""
+    first; where drift decided, RMS drift, and no scale."""
     pair = next(pair for pair in result["pairs"] if {pair["a"], pair["b"]} == {one, other})
     scales = pair["scales"]
     scale = next((scale for scale in scales if scale["scale_m"] == pair["decided_at_m"]), scales[0] if scales else None)
     found = {"verdict": pair["verdict"], "reason": pair["reason"], "score": pair["score"], "scale_m": None, "better_by_m": None}
-    if scale is not None:
+    if pair.get("decided_by_drift"):
+        drift = next(drift for drift in result["drift"]["comparisons"] if {drift["a"], drift["b"]} == {one, other})
+        a_m, b_m = drift["rms_a_m"], drift["rms_b_m"]
+        if a_m is not None and b_m is not None:
+            found.update(better_by_m=b_m - a_m if drift["a"] == one else a_m - b_m)
+    elif scale is not None:
         a_m, b_m = root(scale["mean_a_m2"]), root(scale["mean_b_m2"])
         if a_m is not None and b_m is not None:
             found.update(scale_m=scale["scale_m"], better_by_m=b_m - a_m if pair["a"] == one else a_m - b_m)

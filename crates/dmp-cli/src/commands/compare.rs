@@ -27,7 +27,7 @@ pub(crate) static SPEC: Spec = Spec {
     about: "Compare saved results of `dmp score` of one log",
     more: "Prints the table of `dmp score` for the runs of all results. They must be of the same log, with the same version, \
            frames and settings, else the difference is reported. Runs of results of `dmp score \
-           --keep` are all compared with each other, as if scored in one command; those with fused maps and those with given \
+           --keep` are all compared with each other by their scores, as if scored in one command; drift decides within a result; those with fused maps and those with given \
            ones apart. Of other results a pair is taken from one that holds both. Pairs that no result holds are not compared, \
            and ordered by the first column.",
     usage: "dmp compare [OPTIONS] [NAME=]RESULT [[NAME=]RESULT2 ...]",

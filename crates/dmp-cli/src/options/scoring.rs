@@ -48,7 +48,7 @@ pub(crate) static DRIFT: Opt<DriftPairs> = Opt {
     sets: Some(|config, pairs| config.drift = pairs),
     conflicts: &[&QUICK],
     help: "Measure drift in metres on at most N pairs of visits to the same places, on `all` or on `none`. Default: a pair \
-           for each two segments; `--drift` alone: all",
+           for each two segments; `--drift` alone: all. Drift decides between runs where the scores do not",
     ..Opt::text(ReturnsAndMap, "drift", "N", "50", values::drift_pairs)
 };
 pub(crate) static MAP_UNIT: Opt<Option<LengthUnit>> = Opt {
@@ -59,7 +59,8 @@ pub(crate) static MAP_UNIT: Opt<Option<LengthUnit>> = Opt {
 
 pub(crate) static CONFIDENCE: Opt<Confidence> = Opt {
     sets: Some(|config, confidence| config.confidence = confidence),
-    help: "Confidence of all verdicts together: over all pairs and scales, the family-wise error rate is what it leaves. \
+    help: "Confidence of all verdicts by scores together, and of all by drift: over all pairs and scales, the family-wise error \
+           rate is what it leaves. \
            Default: 99%",
     ..Opt::text(Verdicts, "confidence", "P%", "95%", values::confidence)
 };

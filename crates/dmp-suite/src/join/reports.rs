@@ -79,7 +79,10 @@ fn add(joined: &mut Report, other: Report) {
     {
         known.extend(more.into_iter().filter(|line| !known.contains(line)).collect::<Vec<_>>());
     }
-    joined.drift = joined.drift.take().zip(other.drift).map(|(here, other)| drift_of(here, other));
+    joined.drift = match (joined.drift.take(), other.drift) {
+        (Some(here), Some(other)) => Some(drift_of(here, other)),
+        (here, other) => here.or(other),
+    };
     joined.timing = added(joined.timing, other.timing);
     joined.memory = most(joined.memory, other.memory);
 }

@@ -85,7 +85,7 @@ impl SuitePairReport {
 pub struct LogPairReport {
     /// The log.
     pub log: String,
-    /// The log's verdict: `verdict`, `better_on_the_whole` and `decided_at_m`, as in the log's own
+    /// The log's verdict: `verdict`, `better_on_the_whole`, `decided_at_m` and `decided_by_drift`, as in the log's own
     /// result.
     #[serde(flatten)]
     pub verdict: Verdict,

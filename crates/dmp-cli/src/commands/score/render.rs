@@ -50,8 +50,8 @@ fn what_it_is_good_for(report: &Report, verbose: bool) -> String {
         Some(_) if is_decided => {
             let sure = text::confidence(report.promise.confidence);
             let by_drift = report.pairs.iter().any(|pair| pair.verdict.is_by_drift());
-            let too = if by_drift { ", those by drift too" } else { "" };
-            format!("{only}; all verdicts together are {sure} sure{too}.")
+            let [of, too] = if by_drift { [" by scores", ", and all by drift"] } else { ["", ""] };
+            format!("{only}; all verdicts{of} together are {sure} sure{too}.")
         }
         _ => format!("{only}."),
     }
