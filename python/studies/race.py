@@ -162,10 +162,9 @@ def verdicts(race: dict[str, Any], error_m: dict[str, float]) -> list[tuple[str,
 
 def leaders(score: dict[str, Any]) -> list[str]:
     """The runs of the first rank."""
-    better = {(pair["verdict"], name) for pair in score["pairs"] for name in (pair["a"], pair["b"])}
     found = score["order"][:1]
     for name in score["order"][1:]:
-        if (name, found[-1]) in better or any((other, name) in better for other in found):
+        if [found[-1], name] not in score["ties"]:
             break
         found.append(name)
     return found

@@ -30,7 +30,7 @@ pub struct Report {
     pub left_out: Vec<LeftOutReport>,
     /// Names of the runs, best first.
     pub order: Vec<String>,
-    /// Neighbours of that order between which nothing is decided.
+    /// Neighbours of that order that share a rank.
     pub ties: Vec<[String; 2]>,
     /// Every pair of runs.
     pub pairs: Vec<PairReport>,
