@@ -105,8 +105,9 @@ def _tuned(tune: Mapping[str, Any]) -> str:
 def _by(compared: Mapping[str, Any] | None) -> str:
     if compared is None or compared["better_by_m"] is None:
         return ""
-    by_m = compared["better_by_m"]
-    return f", where it is {_length(abs(by_m))} {'better' if by_m >= 0 else 'worse'} {'by drift' if compared['scale_m'] is None else f"at {compared['scale_m']:g} m"}"
+    by_m, scale_m = compared["better_by_m"], compared["scale_m"]
+    at = "by drift" if scale_m is None else f"at {scale_m:g} m"
+    return f", where it is {_length(abs(by_m))} {'better' if by_m >= 0 else 'worse'} {at}"
 
 
 def _repaired(repair: Mapping[str, Any]) -> str:
