@@ -103,7 +103,7 @@ pub struct PromiseReport {
 }
 
 impl PromiseReport {
-    /// How sure all verdicts together were asked to be.
+    /// How sure all verdicts by scores together, and all by drift, were asked to be.
     ///
     /// # Errors
     /// When that is no share.

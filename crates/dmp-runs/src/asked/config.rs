@@ -147,8 +147,8 @@ pub struct Config {
     pub max_time_gap_ns: Option<i64>,
     /// The cost in `R_cv` of a return that no independent surfel predicts, at its largest truncation.
     pub miss_price: MissPrice,
-    /// Confidence of all verdicts together. Among equal runs, any two are ranked apart with at most the
-    /// remaining probability, over all pairs, scales and looks.
+    /// Confidence of all verdicts by scores together, and of all by drift. Among equal runs, either ranks any two apart with at
+    /// most the remaining probability, over all pairs, scales and looks.
     pub confidence: Confidence,
     /// Runs are the same that are nowhere further apart within a visit, and twice as far between visits, metres. `None`: 4 cm,
     /// in a room 4 mm.

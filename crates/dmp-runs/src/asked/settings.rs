@@ -49,7 +49,7 @@ pub struct Settings {
     pub max_time_gap_ns: Option<i64>,
     /// The cost of a miss.
     pub miss_price: MissPrice,
-    /// Confidence of all verdicts together.
+    /// Confidence of all verdicts by scores together, and of all by drift.
     pub confidence: Confidence,
     /// Runs are the same that are nowhere further apart within a visit, and twice as far between visits, metres.
     pub same_within_m: f64,
